@@ -54,6 +54,19 @@ class FaceBits
       words_.back() >>= BITS - rest;
     }
   }
+  /// Those of another set. @param other of a mesh of as many faces
+  void unite(const FaceBits& other)
+  {
+    for (std::size_t place = 0; place < words_.size(); ++place) {
+      words_[place] |= other.words_[place];
+    }
+  }
+  void remove(const FaceBits& other)
+  {
+    for (std::size_t place = 0; place < words_.size(); ++place) {
+      words_[place] &= ~other.words_[place];
+    }
+  }
   /// Turns bits round; none beyond the mesh.
   void toggle(std::size_t place, Word bits) { words_[place] ^= bits; }
 

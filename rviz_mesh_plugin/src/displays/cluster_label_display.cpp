@@ -412,6 +412,10 @@ void ClusterLabelDisplay::updatePose()
   overlay_->place(isEnabled() ? pose : std::nullopt);
   const Section section = sectionOf(context_->getRootDisplayGroup(), *store_.mesh());
   overlay_->setSection(section);
+  const HiddenFacesConstPtr hidden = hiddenFaces(*store_.mesh());
+  renamed_ |= hidden != hidden_faces_;
+  hidden_faces_ = hidden;
+  overlay_->setHidden(hidden);
   lines_.report("Transform", line);
   updateNames(isEnabled() ? pose : std::nullopt, section);
 }
@@ -428,7 +432,7 @@ void ClusterLabelDisplay::updateNames(const std::optional<FramePose>& pose, cons
   }
   if (renamed_) {
     renamed_ = false;
-    label_names_->setLabels(store_.mesh(), store_.labels(), overlay_->looks());
+    label_names_->setLabels(store_.mesh(), store_.labels(), overlay_->looks(), hidden_faces_);
   }
   label_names_->place(pose);
   const rviz::ViewController* const view =

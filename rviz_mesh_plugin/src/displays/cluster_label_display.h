@@ -129,6 +129,7 @@ class ClusterLabelDisplay : public rviz::Display
   StatusLines lines_;
   std::unique_ptr<LabelOverlay> overlay_;
   std::unique_ptr<LabelNames> label_names_;  ///< null: not to be drawn
+  HiddenFacesConstPtr hidden_faces_;         ///< of the mesh, as they were last
   bool renamed_ = true;  ///< labels, or how they are drawn, since these have been told
   std::optional<MeshSource> source_;
   std::string subscription_error_;

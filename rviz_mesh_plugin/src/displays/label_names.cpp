@@ -1,6 +1,7 @@
 #include "displays/label_names.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -30,21 +31,23 @@ Eigen::Vector3d middleOf(const MeshData& mesh, std::uint32_t face)
 
 }  // namespace
 
-std::array<double, 3> placeOfName(const MeshData& mesh, const LabelCluster& label,
+std::array<double, 3> placeOfName(const MeshData& mesh, const std::vector<std::uint32_t>& faces,
                                   const std::atomic<bool>* cancel)
 {
+  if (faces.empty()) {
+    return {NAN, NAN, NAN};
+  }
   const auto forEachMiddle = [&](const auto& visit) {
-    for (std::size_t i = 0; i < label.faces.size(); ++i) {
+    for (std::size_t i = 0; i < faces.size(); ++i) {
       if (i % FACES_PER_LOOK == 0) {
         throwIfCanceled(cancel);
       }
-      visit(middleOf(mesh, label.faces[i]));
+      visit(middleOf(mesh, faces[i]));
     }
   };
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  forEachMiddle([&](const Eigen::Vector3d& middle) {
-    mean += middle / static_cast<double>(label.faces.size());
-  });
+  forEachMiddle(
+      [&](const Eigen::Vector3d& middle) { mean += middle / static_cast<double>(faces.size()); });
   Eigen::Vector3d place = mean;
   double nearest = std::numeric_limits<double>::infinity();
   forEachMiddle([&](const Eigen::Vector3d& middle) {
@@ -58,8 +61,13 @@ std::array<double, 3> placeOfName(const MeshData& mesh, const LabelCluster& labe
 }
 
 void LabelNames::setLabels(const MeshDataConstPtr& mesh, const LabelClusters& labels,
-                           const LabelLooks& looks)
+                           const LabelLooks& looks, const HiddenFacesConstPtr& hidden)
 {
+  if (hidden != hidden_) {
+    hidden_ = hidden;
+    places_.clear();
+    task_.drop();
+  }
   if (mesh != mesh_) {
     mesh_ = mesh;
     names_.clear();
@@ -127,10 +135,11 @@ void LabelNames::findPlaces()
   if (unknown.empty()) {
     return;
   }
-  task_.start([mesh = mesh_, unknown](const Cancellation& cancellation) {
+  task_.start([mesh = mesh_, hidden = hidden_, unknown](const Cancellation& cancellation) {
     Places places;
     for (const LabelClusterConstPtr& label : unknown) {
-      places[label] = placeOfName(*mesh, *label, &cancellation.flag());
+      const auto faces = withoutHidden({label, &label->faces}, hidden);
+      places[label] = placeOfName(*mesh, *faces, &cancellation.flag());
     }
     return places;
   });

@@ -10,6 +10,7 @@
 
 #include <OgrePrerequisites.h>
 
+#include "base/hidden_faces.h"
 #include "base/mesh_data.h"
 #include "base/section.h"
 #include "labels/label_colors.h"
@@ -25,9 +26,9 @@ namespace rviz_mesh_plugin {
 
 /// A point of a label on the surface: the middle of that of its faces that is nearest to the mean
 /// of all their middles. In the coordinates of the mesh.
-/// @param label with faces, all of them of the mesh
+/// @param faces of the label, all of the mesh; none: not a number
 /// @throw Canceled (cancellation.h)
-std::array<double, 3> placeOfName(const MeshData& mesh, const LabelCluster& label,
+std::array<double, 3> placeOfName(const MeshData& mesh, const std::vector<std::uint32_t>& faces,
                                   const std::atomic<bool>* cancel = nullptr);
 
 /// The names of labels, each over a point of its label, in the pose of the mesh: over everything
@@ -42,8 +43,9 @@ class LabelNames : public PlacedVisual
   explicit LabelNames(Ogre::SceneNode* parent) : PlacedVisual(parent) {}
 
   /// These labels from now on; of a mesh (null: none).
-  void setLabels(const MeshDataConstPtr& mesh, const LabelClusters& labels,
-                 const LabelLooks& looks);
+  /// @param hidden faces, over which there is no name; null: none
+  void setLabels(const MeshDataConstPtr& mesh, const LabelClusters& labels, const LabelLooks& looks,
+                 const HiddenFacesConstPtr& hidden);
 
   /// To be called each frame: places the names in the picture of the camera, and leaves out those
   /// of points outside of the section. @throw Ogre::Exception, std::bad_alloc, std::system_error
@@ -68,6 +70,7 @@ class LabelNames : public PlacedVisual
   void findPlaces();
 
   MeshDataConstPtr mesh_;
+  HiddenFacesConstPtr hidden_;
   std::vector<Name> names_;  ///< those with the most faces first
   std::size_t left_out_ = 0;
   Places places_;

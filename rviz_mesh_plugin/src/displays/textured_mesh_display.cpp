@@ -97,7 +97,7 @@ std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const
     for (const MeshAppearance& appearance : appearances_->appearances()) {
       if (appearance.mesh() && appearance.pose()) {
         shown.push_back({*appearance.pose(), appearance.mesh(), getNameStd(), properties_->source(),
-                         properties_->section()});
+                         properties_->section(), hiddenFaces(*appearance.mesh())});
       }
     }
   }
@@ -235,6 +235,10 @@ void TexturedMeshDisplay::work()
   takeMessages();
   requests_.update(Clock::now());
   offerChoices();
+  if (const std::uint64_t revision = hiddenFacesRevision(); revision != hidden_revision_) {
+    hidden_revision_ = revision;
+    content_changed_ = true;
+  }
   if (content_changed_) {
     content_changed_ = false;
     store_.setCapacity(properties_->bufferSize());

@@ -70,7 +70,7 @@ class PendingCosts
 /// Everything that takes long is done elsewhere: update() takes the results
 /// over and uploads them in slices. Disabling hides and unsubscribes; data stay
 /// until reset(). One status line per concern: Topic, Geometry, Costs, Colors,
-/// Textures, Section, Transform, Labels, Services, Map.
+/// Textures, Section, Hidden, Transform, Labels, Services, Map.
 class TexturedMeshDisplay : public rviz::Display
 {
   Q_OBJECT
@@ -159,6 +159,7 @@ class TexturedMeshDisplay : public rviz::Display
   PendingCosts pending_costs_;
   TopicDirectory directory_;
   std::vector<std::string> cost_types_;  ///< that are offered
+  std::uint64_t hidden_revision_ = 0;
   bool source_changed_ = false;
   bool content_changed_ = false;
   bool uploading_ = false;

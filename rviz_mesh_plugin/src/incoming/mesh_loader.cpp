@@ -90,13 +90,13 @@ MeshDataConstPtr sharedMesh(const mesh_msgs::MeshGeometryStamped& message)
 
 /// The layout in use in this process that has been made of these, or null. Thread safe.
 MeshLayoutConstPtr findLayout(const MeshDataConstPtr& mesh, Split split,
-                              const MaterialsConstPtr& materials)
+                              const MaterialsConstPtr& materials, const HiddenFacesConstPtr& hidden)
 {
   auto& entries = registry();
   const std::lock_guard<std::mutex> lock(entries.mutex);
   for (const auto& entry : entries.layouts) {
     const MeshLayoutConstPtr known = entry.lock();
-    if (known && known->mesh == mesh && known->split == split &&
+    if (known && known->mesh == mesh && known->split == split && known->hidden == hidden &&
         (split != Split::BY_MATERIAL || known->materials == materials)) {
       return known;
     }
@@ -113,10 +113,12 @@ struct MeshJob
   MeshDataConstPtr mesh;
   Split split = Split::NONE;
   MaterialsConstPtr materials;
+  HiddenFacesConstPtr hidden;
 
   bool isSameLayout(const MeshJob& other) const
   {
-    return mesh == other.mesh && split == other.split && materials == other.materials;
+    return mesh == other.mesh && split == other.split && materials == other.materials &&
+           hidden == other.hidden;
   }
 
   std::string describe() const
@@ -260,6 +262,7 @@ class MeshLoader::Worker
     job.mesh = mesh;
     job.split = split;
     job.materials = split == Split::BY_MATERIAL ? materials : nullptr;
+    job.hidden = hiddenFaces(*mesh);
     const std::lock_guard<std::mutex> lock(mutex_);
     wake();
     jobs_.setWish(job);
@@ -354,6 +357,7 @@ class MeshLoader::Worker
     jobs_.arrive(mesh);
     ready_.meshes.push_back(mesh);
     current_.mesh = mesh;
+    current_.hidden = hiddenFaces(*mesh);
     jobs_.applyWish(current_);
     return with_layouts_;
   }
@@ -364,14 +368,15 @@ class MeshLoader::Worker
     laying_out_ = true;
     working_ = "laying out " + job.describe();
     lock.unlock();
-    MeshLayoutConstPtr layout = findLayout(job.mesh, job.split, job.materials);
+    MeshLayoutConstPtr layout = findLayout(job.mesh, job.split, job.materials, job.hidden);
     if (!layout) {
-      if (job.split == Split::NONE && job.mesh->faceCount() > preview_threshold && !canceled_) {
+      if (job.split == Split::NONE && !job.hidden && job.mesh->faceCount() > preview_threshold &&
+          !canceled_) {
         const MeshLayoutConstPtr preview = layOutPreview(job.mesh);
         const std::lock_guard<std::mutex> guard(mutex_);
         deliver(preview);
       }
-      layout = rviz_mesh_plugin::layOut(job.mesh, job.split, job.materials, canceled_);
+      layout = rviz_mesh_plugin::layOut(job.mesh, job.split, job.materials, canceled_, job.hidden);
       if (layout) {
         const std::lock_guard<std::mutex> guard(registry().mutex);
         remember(registry().layouts, layout);

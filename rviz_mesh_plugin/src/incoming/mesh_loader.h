@@ -36,7 +36,8 @@ class MeshLoader
   /// Counts a message that could not even be read.
   void refuse(const std::string& reason, const Origin& origin = {});
 
-  /// Lays a mesh out anew, split otherwise; later requests for the same mesh replace earlier ones.
+  /// Lays a mesh out anew, split otherwise or without the faces that are hidden now; later requests
+  /// for the same mesh replace earlier ones.
   /// New messages are laid out with Split::NONE, those that bring the same mesh again as asked for.
   void layOut(const MeshDataConstPtr& mesh, Split split, const MaterialsConstPtr& materials);
 

@@ -113,7 +113,7 @@ class MaterialSplit : public LayoutSplit
 
   SplitFaces split(const SortedMesh& mesh, MeshLayout& layout) override
   {
-    const std::vector<std::uint32_t> of_face = facesToMaterials(mesh.faces.size());
+    const std::vector<std::uint32_t> of_face = facesToMaterials(layout.mesh->faceCount());
     const std::vector<std::uint32_t> order = orderByMaterial(mesh, of_face);
     textured_ = !materials_.texture_coordinates.empty();
     last_copy_.assign(mesh.vertices.size(), NONE);
@@ -192,8 +192,8 @@ class MaterialSplit : public LayoutSplit
                                              const std::vector<std::uint32_t>& of_face) const
   {
     std::vector<std::uint32_t> starts(materials_.materials.size() + 2, 0);
-    for (const std::uint32_t material : of_face) {
-      ++starts[kind(material) + 1];
+    for (const std::uint32_t face : mesh.faces) {
+      ++starts[kind(of_face[face]) + 1];
     }
     std::partial_sum(starts.begin(), starts.end(), starts.begin());
     std::vector<std::uint32_t> order(mesh.faces.size());

@@ -346,6 +346,30 @@ class LayoutParts
   std::vector<std::uint32_t> part_of_vertex_;
 };
 
+/// Without the faces that are hidden.
+SortedMesh sortShown(const MeshData& mesh, const MeshRegion& region, const HiddenFaces* hidden)
+{
+  if (hidden == nullptr) {
+    return sortInSpace(mesh.vertices, mesh.indices, region);
+  }
+  std::vector<std::uint32_t> shown;  // faces
+  shown.reserve(mesh.faceCount() - hidden->count());
+  std::vector<std::uint32_t> indices;
+  indices.reserve(3 * (mesh.faceCount() - hidden->count()));
+  for (std::uint32_t face = 0; face < mesh.faceCount(); ++face) {
+    if (!hidden->contains(face)) {
+      shown.push_back(face);
+      const auto corners = mesh.indices.begin() + 3 * std::ptrdiff_t{face};
+      indices.insert(indices.end(), corners, corners + 3);
+    }
+  }
+  SortedMesh sorted = sortInSpace(mesh.vertices, indices, region);
+  for (std::uint32_t& face : sorted.faces) {
+    face = shown[face];
+  }
+  return sorted;
+}
+
 void refuseWrongMaterials(const MeshData& mesh, const Materials* materials)
 {
   if (materials != nullptr && !materials->texture_coordinates.empty() &&
@@ -361,7 +385,8 @@ void refuseWrongMaterials(const MeshData& mesh, const Materials* materials)
 std::atomic<std::size_t> preview_threshold{2500000};
 
 MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
-                          const MaterialsConstPtr& materials, const std::atomic<bool>& canceled)
+                          const MaterialsConstPtr& materials, const std::atomic<bool>& canceled,
+                          const HiddenFacesConstPtr& hidden)
 {
   refuseWrongMaterials(*mesh, materials.get());
   if (canceled) {
@@ -369,7 +394,7 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
   }
   const auto splitter = makeSplit(split, materials.get());
   const MeshRegion region = mainRegion(*mesh);
-  SortedMesh sorted = sortInSpace(mesh->vertices, mesh->indices, region);
+  SortedMesh sorted = sortShown(*mesh, region, hidden.get());
   if (canceled) {
     return nullptr;
   }
@@ -377,6 +402,7 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
   layout->mesh = mesh;
   layout->materials = split == Split::BY_MATERIAL ? materials : nullptr;
   layout->split = split;
+  layout->hidden = hidden;
   std::vector<SimplifiedLevel> levels;
   SplitFaces faces;
   std::unique_ptr<LayoutParts> parts;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "base/hidden_faces.h"
 #include "base/mesh_data.h"
 
 namespace rviz_mesh_plugin {
@@ -49,7 +50,8 @@ struct LayoutOutline
   MeshDataConstPtr mesh;
   MaterialsConstPtr materials;  ///< BY_MATERIAL
   Split split = Split::NONE;
-  bool preview = false;  ///< a coarse picture of the mesh, soon to be replaced
+  bool preview = false;        ///< a coarse picture of the mesh, soon to be replaced
+  HiddenFacesConstPtr hidden;  ///< faces of the mesh that are left out; null: none
 
   /// What each vertex has its color from: a vertex of the mesh; BY_FACE: a face of the mesh.
   std::vector<std::uint32_t> sources;
@@ -78,9 +80,11 @@ extern std::atomic<std::size_t> preview_threshold;
 /// Takes about 0.25 s per million faces, on two cores.
 /// @param materials needed for BY_MATERIAL
 /// @param canceled where it becomes true, null is returned soon
+/// @param hidden faces that are left out; null: none
 /// @throw std::invalid_argument where the materials belong to another mesh
 MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
-                          const MaterialsConstPtr& materials, const std::atomic<bool>& canceled);
+                          const MaterialsConstPtr& materials, const std::atomic<bool>& canceled,
+                          const HiddenFacesConstPtr& hidden = nullptr);
 
 /// A coarse picture of a large mesh, made in a fraction of the time; not split. Null where it
 /// would save nothing: where the mesh has few faces for its size.

@@ -101,7 +101,7 @@ bool MeshAppearance::accepts(const MeshLayout& layout) const
     return layout.mesh == context_.store.mesh(uuid_);
   }
   return requested_mesh_ == layout.mesh && !layout.preview && layout.split == requested_split_ &&
-         layout.materials == requested_materials_;
+         layout.materials == requested_materials_ && layout.hidden == requested_hidden_;
 }
 
 void MeshAppearance::setLayout(const MeshLayoutConstPtr& layout)
@@ -122,6 +122,9 @@ void MeshAppearance::setLayout(const MeshLayoutConstPtr& layout)
   });
   if (taken) {
     geometry_error_.clear();
+  }
+  if (!layout->preview && layout->hidden != requested_hidden_) {
+    requested_mesh_.reset();  // laid out with what was hidden before
   }
   paintMesh();
   setPose(pose_);
@@ -178,24 +181,30 @@ bool MeshAppearance::requestLayout()
     split = Split::BY_MATERIAL;
     materials = attributes.materials;
   }
+  const HiddenFacesConstPtr hidden = hiddenFaces(*mesh);
   const LayoutOutlineConstPtr drawn = visual_ ? visual_->layout() : nullptr;
   if (drawn && !drawn->preview && drawn->mesh == mesh) {
     // Vertices that are split by material can be colored as well as those that
     // are not.
     const bool same = drawn->split == split && drawn->materials == materials;
-    if (same || (split == Split::NONE && drawn->split == Split::BY_MATERIAL)) {
+    if ((same || (split == Split::NONE && drawn->split == Split::BY_MATERIAL)) &&
+        drawn->hidden == hidden) {
       requested_mesh_.reset();
       return false;
     }
   }
   if (requested_mesh_ != mesh) {  // its message is being laid out without a split
+    const bool is_drawn = drawn && !drawn->preview && drawn->mesh == mesh;
     requested_mesh_ = mesh;
-    requested_split_ = drawn && !drawn->preview && drawn->mesh == mesh ? drawn->split : Split::NONE;
+    requested_split_ = is_drawn ? drawn->split : Split::NONE;
     requested_materials_.reset();
+    requested_hidden_ = is_drawn ? drawn->hidden : hidden;
   }
-  if (requested_split_ != split || requested_materials_ != materials) {
+  if (requested_split_ != split || requested_materials_ != materials ||
+      requested_hidden_ != hidden) {
     requested_split_ = split;
     requested_materials_ = materials;
+    requested_hidden_ = hidden;
     context_.loader.layOut(mesh, split, materials);
   }
   return true;

@@ -140,6 +140,7 @@ class MeshAppearance
   MeshDataConstPtr requested_mesh_;
   MaterialsConstPtr requested_materials_;
   Split requested_split_ = Split::NONE;
+  HiddenFacesConstPtr requested_hidden_;
   Colors colors_;
   CostLayerConstPtr costs_;
   bool heights_ = false;

@@ -37,6 +37,7 @@ void MeshLabels::show(const MeshDataConstPtr& mesh, const LabelClusters& labels,
   }
   overlay_->setAlpha(alpha);
   overlay_->setSection(section);
+  overlay_->setHidden(hiddenFaces(*mesh));
 }
 
 bool MeshLabels::setOwnColors(const OwnColorsConstPtr& own)

@@ -347,6 +347,20 @@ OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData*
   return StatusLine::ok("the mesh is cut: what is drawn, pointed at and selected is ", kept, reach);
 }
 
+OptionalStatus hiddenStatus(const MeshData* mesh)
+{
+  const HiddenFacesConstPtr hidden = mesh ? hiddenFaces(*mesh) : nullptr;
+  if (!hidden) {
+    return std::nullopt;
+  }
+  const bool all = hidden->count() == mesh->faceCount();
+  return StatusLine{all ? StatusLine::WARN : StatusLine::OK,
+                    joined(all ? "nothing is drawn: all " : "", hidden->count(),
+                           all ? "" : joined(" of ", mesh->faceCount()),
+                           " faces are hidden: 'Show All' in the panel Cluster Labels, or Ctrl+H "
+                           "with its tool, shows them")};
+}
+
 OptionalStatus labelsStatus(const LabelsState& state)
 {
   if (!state.error.empty()) {

@@ -96,6 +96,9 @@ OptionalStatus costsStatus(const CostsState& state);
 OptionalStatus texturesStatus(const TexturesState& state);
 /// @param mesh the newest; null: there is none
 OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData* mesh);
+
+/// Which of its faces are hidden; none where none is. @param mesh null: none
+OptionalStatus hiddenStatus(const MeshData* mesh);
 OptionalStatus labelsStatus(const LabelsState& state);
 
 }  // namespace rviz_mesh_plugin

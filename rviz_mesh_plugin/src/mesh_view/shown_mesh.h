@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "base/hidden_faces.h"
 #include "base/mesh_data.h"
 #include "base/section.h"
 #include "rendering/placed_visual.h"
@@ -13,9 +14,10 @@ namespace rviz_mesh_plugin {
 struct ShownMesh : FramePose
 {
   MeshDataConstPtr mesh;
-  std::string display;  ///< its name
-  MeshSource source;    ///< of the display; its labels are in labelNamespace() of it
-  Section section{};    ///< what is seen of it
+  std::string display;           ///< its name
+  MeshSource source;             ///< of the display; its labels are in labelNamespace() of it
+  Section section{};             ///< what is seen of it
+  HiddenFacesConstPtr hidden{};  ///< null: none
 };
 
 }  // namespace rviz_mesh_plugin

@@ -139,8 +139,8 @@ void ClusterLabelPanel::createWidgets()
   grid->addWidget(name_, 0, 2, 1, 2);
   zoom_ = new ZoomButton([this] { return zoomTarget(); }, [this] { return vis_manager_; });
   grid->addWidget(zoom_, 0, 4, 1, 2);
-  grid->addWidget(list_, 2, 0, 1, 6);
-  grid->addWidget(status_, 8, 0, 1, 6);
+  grid->addWidget(list_, 3, 0, 1, 6);
+  grid->addWidget(status_, 9, 0, 1, 6);
   using Action = LabelAction;
   const auto add = [&](Action action, int row, int column, int width) {
     auto* button = new QPushButton(textOf(action), this);
@@ -151,6 +151,9 @@ void ClusterLabelPanel::createWidgets()
   add(Action::LABEL_CLUSTER, 1, 0, 2);
   add(Action::RESET_FACES, 1, 2, 2);
   add(Action::SELECT_BY, 1, 4, 2);
+  add(Action::HIDE, 2, 0, 2);
+  add(Action::ISOLATE, 2, 2, 2);
+  add(Action::SHOW_ALL, 2, 4, 2);
   const Action rows[5][3] = {{Action::NEW, Action::ASSIGN, Action::ADD},
                              {Action::TAKE_AWAY, Action::SELECT, Action::RENAME},
                              {Action::MERGE, Action::DELETE, Action::COLOR},
@@ -158,7 +161,7 @@ void ClusterLabelPanel::createWidgets()
                              {Action::SAVE, Action::SEND_AGAIN, Action::GIVE_UP}};
   for (int row = 0; row < 5; ++row) {
     for (int column = 0; column < 3; ++column) {
-      add(rows[row][column], 3 + row, 2 * column, 2);
+      add(rows[row][column], 4 + row, 2 * column, 2);
     }
   }
 }

@@ -31,7 +31,8 @@ enum Need : unsigned
   LABELS = 1 << 9,
   IDLE_FILES = 1 << 10,
   IDLE_OWNER = 1 << 11,
-  SHOWN_MESH = 1 << 12
+  SHOWN_MESH = 1 << 12,
+  HIDDEN = 1 << 13
 };
 
 struct Words
@@ -47,6 +48,12 @@ constexpr std::array<Words, static_cast<std::size_t>(LabelAction::COUNT)> WORDS 
     {"Reset Faces", FACES, "Selects nothing."},
     {"Select By…", TOOL | SHOWN_MESH,
      "Selects faces by the values of a cost layer, by height, by slope or by label."},
+    {"Hide", TOOL | FACES,
+     "Hides the selected faces in all displays: they are not drawn, pointed at or selected, and "
+     "stay "
+     "in the map (H in the view)."},
+    {"Isolate", TOOL | FACES, "Hides all faces but the selected ones (Shift+H in the view)."},
+    {"Show All", TOOL | HIDDEN, "Shows all faces that are hidden (Ctrl+H in the view)."},
     {"New…", MESH | TOOL | SELECTION,
      "Labels the selected faces: asks for class and instance (Enter in the view)."},
     {"Assign", MESH | TOOL | SELECTION | ONE_CHOSEN,
@@ -109,6 +116,7 @@ std::string whyNot(LabelAction action, const LabelSituation& situation)
        "nothing can be selected: add the tool ClusterLabel with the + of the toolbar"},
       {SHOWN_MESH, situation.has_shown_mesh,
        "no mesh is shown: add and enable a TexturedMesh or Map3D display"},
+      {HIDDEN, situation.hidden > 0, "no face is hidden"},
       {SELECTION, situation.selected > 0,
        "nothing is selected: select faces with the tool ClusterLabel (key l)"},
       {SELECTION, situation.selection_is_of_it,
@@ -188,6 +196,7 @@ LabelSituation LabelCommands::situation() const
   situation.has_mesh = session_->mesh() != nullptr;
   situation.selected = tool_ ? tool_->selection().count() : 0;
   situation.selecting = tool_ && tool_->busy();
+  situation.hidden = tool_ ? tool_->hiddenCount() : 0;
   situation.selection_is_of_it = tool_ && session_->isOf(tool_->mesh());
   situation.unstored = session_->unstored();
   situation.failed = session_->failed();
@@ -227,6 +236,12 @@ void LabelCommands::start(LabelAction action, const std::string& name, const Lab
       return tool_->clearSelection();
     case LabelAction::SELECT_BY:
       return openSelectBy(parent_, tool_, session_);
+    case LabelAction::HIDE:
+      return tool_->hide();
+    case LabelAction::ISOLATE:
+      return tool_->isolate();
+    case LabelAction::SHOW_ALL:
+      return tool_->showAll();
     case LabelAction::NEW:
       return askLabel(parent_, "New Label", "", session_->names(),
                       then([this](const std::string& label) { return this->label(label, true); }));

@@ -24,6 +24,9 @@ enum class LabelAction
   LABEL_CLUSTER,
   RESET_FACES,
   SELECT_BY,
+  HIDE,
+  ISOLATE,
+  SHOW_ALL,
   NEW,
   ASSIGN,
   ADD,
@@ -51,6 +54,7 @@ struct LabelSituation
   bool selection_is_of_it = true;  ///< and not of another mesh
   std::size_t selected = 0;        ///< faces
   bool selecting = false;          ///< some are being looked for
+  std::size_t hidden = 0;          ///< faces, of meshes that are shown
   std::string name;                ///< in the field "Cluster Name"
   std::size_t labels = 0;          ///< in the list
   std::size_t chosen = 0;          ///< of these

@@ -21,17 +21,26 @@ constexpr int LOOK_EVERY = 30;  // ms
 /// So many faces are looked at between two looks at the cancel flag.
 constexpr std::uint32_t ZOOM_STRETCH = 1 << 16;
 
-Bounds boundsOf(const MeshData& mesh, const ZoomTarget& target, const Cancellation& cancellation)
+/// Of what is not hidden. @param whole all of the mesh, else the labels or faces of the target
+Bounds boundsOf(const MeshData& mesh, const ZoomTarget& target, bool whole,
+                const Cancellation& cancellation)
 {
+  if (whole && !target.hidden) {
+    return mesh;
+  }
   Bounds bounds = Bounds::none();
   const auto add = [&](std::uint32_t face) {
     if (face % ZOOM_STRETCH == 0) {
       throwIfCanceled(&cancellation.flag());
     }
-    for (unsigned corner = 0; corner < 3; ++corner) {
+    for (unsigned corner = 0; corner < 3 && !(target.hidden && target.hidden->contains(face));
+         ++corner) {
       bounds.enclose(cornerOf(mesh, face, corner));
     }
   };
+  for (std::uint32_t face = 0; whole && face < mesh.faceCount(); ++face) {
+    add(face);
+  }
   for (const LabelClusterConstPtr& label : target.labels) {
     for (const std::uint32_t face : label->faces) {
       if (face < mesh.faceCount()) {
@@ -100,9 +109,10 @@ void ZoomButton::zoom(What what)
     target.faces.reset();
   }
   mesh_ = target.mesh;
+  target.hidden = hiddenFaces(*target.mesh);
   try {
     task_.start([what, target = std::move(target)](const Cancellation& cancellation) {
-      return what == MESH ? Bounds(*target.mesh) : boundsOf(*target.mesh, target, cancellation);
+      return boundsOf(*target.mesh, target, what == MESH, cancellation);
     });
     timer_->start();
   } catch (const std::exception& error) {  // no thread
@@ -127,7 +137,7 @@ void ZoomButton::finish()
     return;
   }
   if (outcome->result->lower[0] > outcome->result->upper[0]) {
-    say("The labels have no faces: there is nothing to zoom to");
+    say("None of it is shown: there is nothing to zoom to");
     return;
   }
   const MeshDataConstPtr mesh = mesh_.lock();

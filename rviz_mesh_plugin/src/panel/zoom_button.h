@@ -8,6 +8,7 @@
 #ifndef Q_MOC_RUN
 #include "base/bounds.h"
 #include "base/face_bits.h"
+#include "base/hidden_faces.h"
 #include "base/mesh_data.h"
 #include "threads/background_task.h"
 #endif
@@ -28,6 +29,7 @@ struct ZoomTarget
   MeshDataConstPtr mesh;  ///< null: none
   std::vector<LabelClusterConstPtr> labels;
   std::optional<FaceBits> faces;
+  HiddenFacesConstPtr hidden;  ///< which do not have to be in the picture; null: none
 };
 
 /// A button with a menu: moves RViz's camera to the mesh, the labels chosen in the list, or what is

@@ -143,6 +143,7 @@ Pick SurfacePicker::pick(const mesh_map::Ray& ray, bool back_faces) const
       }
       continue;
     }
+    options.mask = mesh.hidden ? mesh.hidden->mask() : mesh_map::ArrayView<std::uint8_t>();
     mesh_map::RayHit found = state.queries->castRay(local, options);
     found.distance += seen->skipped;
     if (found.face != mesh_map::NO_INDEX &&

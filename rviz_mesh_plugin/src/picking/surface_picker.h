@@ -39,8 +39,8 @@ struct Pick
 };
 
 /// Finds what is clicked at: the nearest face of all meshes that TexturedMesh displays show,
-/// wherever they lie in the tree of displays, as far as they are in their sections. GUI thread
-/// only.
+/// wherever they lie in the tree of displays, as far as they are in their sections and not hidden.
+/// GUI thread only.
 class SurfacePicker
 {
  public:

@@ -23,15 +23,25 @@ bool sameSources(const LayoutOutline& a, const LayoutOutline& b)
   return a.mesh == b.mesh && (a.split == Split::BY_FACE) == (b.split == Split::BY_FACE);
 }
 
-/// Two ends per line: the vertex, and @a length along its normal.
-std::vector<std::array<float, 3>> normalLines(const MeshData& mesh, float length)
+/// Two ends per line: the vertex, and @a length along its normal. Vertices of hidden faces alone
+/// have none.
+std::vector<std::array<float, 3>> normalLines(const LayoutOutline& layout, float length)
 {
-  const std::size_t stride = normalStride(mesh.vertexCount());
+  const MeshData& mesh = *layout.mesh;
+  const std::size_t count = layout.hidden ? layout.sources.size() : mesh.vertexCount();
+  const auto vertex = [&](std::size_t i) -> std::size_t {
+    if (!layout.hidden) {
+      return i;
+    }
+    const std::size_t source = layout.sources[i];
+    return layout.split == Split::BY_FACE ? mesh.indices[3 * source] : source;
+  };
+  const std::size_t stride = normalStride(count);
   std::vector<std::array<float, 3>> ends;
-  ends.reserve(2 * (mesh.vertexCount() / stride + 1));
-  for (std::size_t i = 0; i < mesh.vertexCount(); i += stride) {
-    const auto& p = mesh.vertices[i].position;
-    const auto& n = mesh.vertices[i].normal;
+  ends.reserve(2 * (count / stride + 1));
+  for (std::size_t i = 0; i < count; i += stride) {
+    const auto& p = mesh.vertices[vertex(i)].position;
+    const auto& n = mesh.vertices[vertex(i)].normal;
     ends.push_back(p);
     ends.push_back({p[0] + length * n[0], p[1] + length * n[1], p[2] + length * n[2]});
   }
@@ -44,12 +54,13 @@ std::vector<std::array<float, 3>> normalLines(const MeshData& mesh, float length
 class MeshVisual::NormalLines : public Ogre::SimpleRenderable
 {
  public:
-  NormalLines(const MeshData& mesh, float length, const Ogre::MaterialPtr& material)
+  /// @param layout has vertices
+  NormalLines(const LayoutOutline& layout, float length, const Ogre::MaterialPtr& material)
       : Ogre::SimpleRenderable(uniqueName("Normals")), material_(material)
   {
     setCastShadows(false);
-    setBoundingBox(finiteBounds(mesh, std::fabs(length)));
-    const auto ends = normalLines(mesh, length);
+    setBoundingBox(finiteBounds(*layout.mesh, std::fabs(length)));
+    const auto ends = normalLines(layout, length);
     auto buffer = Ogre::HardwareBufferManager::getSingleton().createVertexBuffer(
         sizeof(ends[0]), ends.size(), Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
     buffer->writeData(0, buffer->getSizeInBytes(), ends.data(), true);
@@ -242,6 +253,7 @@ void MeshVisual::updateNormals()
     normals_.reset();
     normals_material_.reset();
     normals_mesh_.reset();
+    normals_hidden_.reset();
     return;
   }
   if (!normals_material_) {
@@ -249,14 +261,17 @@ void MeshVisual::updateNormals()
   }
   normals_material_->applyUnlit(style_.normals_color, style_.section);
   const MeshDataConstPtr& mesh = shown_layout_->mesh;
-  if (normals_mesh_ == mesh && normals_length_ == style_.normals_length) {
+  if (normals_mesh_ == mesh && normals_hidden_ == shown_layout_->hidden &&
+      normals_length_ == style_.normals_length) {
     return;
   }
   normals_.reset();
   normals_mesh_ = mesh;
+  normals_hidden_ = shown_layout_->hidden;
   normals_length_ = style_.normals_length;
-  if (mesh->vertexCount() > 0) {
-    normals_ = std::make_unique<NormalLines>(*mesh, normals_length_, normals_material_->get());
+  if (mesh->vertexCount() > 0 && !(normals_hidden_ && shown_layout_->sources.empty())) {
+    normals_ =
+        std::make_unique<NormalLines>(*shown_layout_, normals_length_, normals_material_->get());
     node()->attachObject(normals_.get());
   }
 }

@@ -98,6 +98,7 @@ class MeshVisual : public PlacedVisual
   std::unique_ptr<MeshMaterial> normals_material_;
   std::unique_ptr<NormalLines> normals_;  ///< only while shown
   MeshDataConstPtr normals_mesh_;         ///< that normals_ has been built of
+  HiddenFacesConstPtr normals_hidden_;    ///< that it has been built without
   float normals_length_ = 0.0f;           ///< that normals_ has been built with
   bool fresh_ = false;                    ///< setLayout() has been called since the last upload()
   std::size_t geometry_uploads_ = 0;

@@ -71,7 +71,7 @@ Planes planesAround(const mesh_map::Region& region)
 }  // namespace
 
 SelectableFaces::SelectableFaces(const ShownMesh& shown)
-    : mesh_(shown.mesh), none_(isEmpty(shown.section))
+    : mesh_(shown.mesh), none_(isEmpty(shown.section)), hidden_(shown.hidden)
 {
   if (shown.section.cuts() && !none_ && !shown.section.contains(*mesh_)) {
     Planes planes;
@@ -82,7 +82,7 @@ SelectableFaces::SelectableFaces(const ShownMesh& shown)
 
 bool SelectableFaces::contains(std::uint32_t face) const
 {
-  if (none_ || face >= mesh_->faceCount()) {
+  if (none_ || face >= mesh_->faceCount() || (hidden_ && hidden_->contains(face))) {
     return false;
   }
   if (!section_) {
@@ -120,7 +120,10 @@ void SelectableFaces::keep(std::vector<std::uint32_t>& faces, const std::atomic<
 
 void SelectableFaces::keep(FaceBits& faces, const std::atomic<bool>* cancel) const
 {
-  for (std::size_t place = 0; !all() && place < faces.wordCount(); ++place) {
+  if (hidden_) {
+    faces.remove(hidden_->bits());
+  }
+  for (std::size_t place = 0; (section_ || none_) && place < faces.wordCount(); ++place) {
     if (place % WORDS_TESTED_AT_ONCE == 0) {
       throwIfCanceled(cancel);
     }

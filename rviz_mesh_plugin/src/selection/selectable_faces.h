@@ -13,7 +13,8 @@
 
 namespace rviz_mesh_plugin {
 
-/// Which faces of a mesh can be selected as it is shown: those of which a point is in its section.
+/// Which faces of a mesh can be selected as it is shown: those of which a point is in its section,
+/// but not the hidden ones.
 /// For any thread.
 class SelectableFaces
 {
@@ -21,7 +22,7 @@ class SelectableFaces
   explicit SelectableFaces(const ShownMesh& shown);
 
   /// No face is left out.
-  bool all() const { return !section_ && !none_; }
+  bool all() const { return !section_ && !none_ && !hidden_; }
   bool contains(std::uint32_t face) const;
 
   /// Looks at each face, for a thread. @throw Canceled (cancellation.h), std::bad_alloc
@@ -39,6 +40,7 @@ class SelectableFaces
   MeshDataConstPtr mesh_;
   bool none_ = false;                              ///< can be
   std::optional<mesh_map::ConvexRegion> section_;  ///< none: there is no limit
+  HiddenFacesConstPtr hidden_;                     ///< null: none
 };
 
 /// The part of a ray, given in the coordinates of a mesh, that is in its section; none where it

@@ -28,10 +28,10 @@ void dropBackFaces(const MeshData& mesh, const std::array<double, 3>& eye,
   eraseIf(faces, is_back);
 }
 
-/// Rays meet only what is in the section. @return the faces that they meet; distances are less by
-/// what is before the section
-mesh_map::RayHits castInSection(const mesh_map::RayBatch& rays, const Section& section,
-                                const SpatialQueries& queries, const mesh_map::BvhOptions& run)
+/// Rays meet only what is in the section, and not hidden. @return the faces that they meet;
+/// distances are less by what is before the section
+mesh_map::RayHits castAtShown(const mesh_map::RayBatch& rays, const ShownMesh& shown,
+                              const SpatialQueries& queries, const mesh_map::BvhOptions& run)
 {
   std::vector<double> origins, directions, distances;
   origins.reserve(3 * rays.size());
@@ -44,11 +44,16 @@ mesh_map::RayHits castInSection(const mesh_map::RayBatch& rays, const Section& s
     const auto direction = arrayOf(length > 0.0 ? Eigen::Vector3d(way / length) : way);
     const auto seen = ray.max_distance < 0.0
                           ? std::nullopt
-                          : rayInSection(ray.origin, direction, ray.max_distance, section);
+                          : rayInSection(ray.origin, direction, ray.max_distance, shown.section);
     const std::array<double, 3>& origin = seen ? seen->origin : ray.origin;
     origins.insert(origins.end(), origin.begin(), origin.end());
     directions.insert(directions.end(), direction.begin(), direction.end());
     distances.push_back(seen ? seen->max_distance : -1.0);
+  }
+  if (shown.hidden) {
+    mesh_map::RayOptions options;
+    options.mask = shown.hidden->mask();
+    return mesh_map::castRays(queries.bvh(), {origins, directions, distances}, options, run);
   }
   return queries.castRays({origins, directions, distances}, run);
 }
@@ -145,7 +150,7 @@ FaceSelection::Faces FaceSearch::seenIn(const mesh_map::Region& region, FaceSele
   return visible_only ? queries->seenFaces(region, faces, eye, run) : faces;
 }
 
-/// The same where the mesh is cut: what has been cut away hides nothing.
+/// The same where not all is shown: what is not hides nothing.
 FaceSelection::Faces FaceSearch::selectableFacesIn(const mesh_map::Region& region,
                                                    const SelectableFaces& selectable,
                                                    const mesh_map::BvhOptions& run) const
@@ -163,10 +168,9 @@ FaceSelection::Faces FaceSearch::selectableFacesIn(const mesh_map::Region& regio
   if (!visible_only) {
     return faces;
   }
-  return mesh_map::seenFaces(queries->bvh(), *part, faces, eye,
-                             [&](const mesh_map::RayBatch& rays) {
-                               return castInSection(rays, shown.section, *queries, run);
-                             });
+  return mesh_map::seenFaces(
+      queries->bvh(), *part, faces, eye,
+      [&](const mesh_map::RayBatch& rays) { return castAtShown(rays, shown, *queries, run); });
 }
 
 FaceSelection::Faces FaceSearch::chosenOf(FaceSelection::Faces faces,
@@ -221,8 +225,8 @@ FaceBits FaceSearch::bits(const std::atomic<bool>* cancel) const
 bool FaceSearch::differsInRegions(const FaceSearch& other) const
 {
   return shown.mesh == other.shown.mesh && shown.section == other.shown.section &&
-         queries == other.queries && eye == other.eye && visible_only == other.visible_only &&
-         back_faces == other.back_faces;
+         shown.hidden == other.shown.hidden && queries == other.queries && eye == other.eye &&
+         visible_only == other.visible_only && back_faces == other.back_faces;
 }
 
 }  // namespace rviz_mesh_plugin

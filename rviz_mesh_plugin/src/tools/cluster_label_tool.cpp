@@ -181,18 +181,42 @@ std::string ClusterLabelTool::selectBy(const MeshDataConstPtr& mesh, const FaceC
 
 std::string ClusterLabelTool::undo()
 {
-  if (editor_) {
-    attempt([this] { press(SelectionKey::UNDO); });
-  }
+  pressSafely(SelectionKey::UNDO);
   return message_;
 }
 
 std::string ClusterLabelTool::redo()
 {
-  if (editor_) {
-    attempt([this] { press(SelectionKey::REDO); });
-  }
+  pressSafely(SelectionKey::REDO);
   return message_;
+}
+
+void ClusterLabelTool::hide()
+{
+  pressSafely(SelectionKey::HIDE);
+}
+
+void ClusterLabelTool::isolate()
+{
+  pressSafely(SelectionKey::ISOLATE);
+}
+
+void ClusterLabelTool::showAll()
+{
+  pressSafely(SelectionKey::SHOW_ALL);
+}
+
+std::size_t ClusterLabelTool::hiddenCount() const
+{
+  return editor_ ? editor_->hiddenCount() : 0;
+}
+
+/// Whichever tool is in use.
+void ClusterLabelTool::pressSafely(SelectionKey key)
+{
+  if (editor_) {
+    attempt([this, key] { press(key); });
+  }
 }
 
 void ClusterLabelTool::addHistory(const std::shared_ptr<StepHistory>& history)
@@ -496,6 +520,12 @@ std::string ClusterLabelTool::change(SelectionKey key)
       return editor_->growOrShrink(true);
     case SelectionKey::SHRINK:
       return editor_->growOrShrink(false);
+    case SelectionKey::HIDE:
+      return editor_->hide();
+    case SelectionKey::ISOLATE:
+      return editor_->isolate();
+    case SelectionKey::SHOW_ALL:
+      return editor_->showAll();
     case SelectionKey::REQUEST_LABEL:
       if (busy()) {
         return STILL_LOOKING;

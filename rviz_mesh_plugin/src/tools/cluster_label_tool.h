@@ -62,6 +62,13 @@ class ClusterLabelTool : public SurfaceTool
   /// what to tell the user.
   std::string undo();
   std::string redo();
+  /// H and its opposites: hides the selected faces, or all others, or shows all again. What they
+  /// could not do is told by message().
+  void hide();
+  void isolate();
+  void showAll();
+  /// Faces of all meshes that are shown.
+  std::size_t hiddenCount() const;
   /// Whose steps are undone in one order with those of the selection; not kept alive.
   void addHistory(const std::shared_ptr<StepHistory>& history);
 
@@ -114,6 +121,7 @@ class ClusterLabelTool : public SurfaceTool
   void showBall(bool adding);
   void showOutline(const rviz::ViewportMouseEvent& event);
   void press(SelectionKey key);
+  void pressSafely(SelectionKey key);
   std::string change(SelectionKey key);
   bool switchTool(const QKeyEvent& event);
   void giveUp();

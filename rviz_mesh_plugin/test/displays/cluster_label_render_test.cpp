@@ -183,12 +183,13 @@ TEST(LabelNamesTest, a_name_stands_on_its_label)
     }
   }
   std::sort(label.faces.begin(), label.faces.end());
-  const auto place = rviz_mesh_plugin::placeOfName(mesh, label);
+  const auto place = rviz_mesh_plugin::placeOfName(mesh, label.faces);
   const std::uint32_t cell =
       static_cast<std::uint32_t>(place[1]) * 10 + static_cast<std::uint32_t>(place[0]);
   EXPECT_EQ(std::count(label.faces.begin(), label.faces.end(), 2 * cell), 1);
   const std::atomic<bool> canceled{true};
-  EXPECT_THROW(rviz_mesh_plugin::placeOfName(mesh, label, &canceled), rviz_mesh_plugin::Canceled);
+  EXPECT_THROW(rviz_mesh_plugin::placeOfName(mesh, label.faces, &canceled),
+               rviz_mesh_plugin::Canceled);
 }
 
 TEST_F(ClusterLabelTest, what_is_saved_is_loaded_before_there_are_labels)

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <stdexcept>
 #include <thread>
 
@@ -105,6 +106,91 @@ TEST(Layout, keeps_what_it_has_been_made_of)
   EXPECT_EQ(layout->split, Split::BY_MATERIAL);
   EXPECT_FALSE(layout->preview);
   EXPECT_EQ(layOutNow(mesh, Split::NONE, materials)->materials, nullptr);
+}
+
+TEST(Layout, leaves_out_what_is_hidden)
+{
+  for (const auto& [name, mesh] : mesh_zoo::all()) {
+    SCOPED_TRACE(name);
+    FaceBits some(mesh->faceCount());
+    FaceBits all = some;
+    all.addAll();
+    std::vector<std::uint32_t> shown;
+    auto rest = std::make_shared<MeshData>(*mesh);  // of the shown faces alone
+    rest->indices.clear();
+    for (std::uint32_t face = 0; face < mesh->faceCount(); ++face) {
+      if (face % 5 < 2 || face > 2 * mesh->faceCount() / 3) {
+        some.add(FaceBits::Faces{face});
+      } else {
+        shown.push_back(face);
+        const auto corners = mesh->indices.begin() + 3 * static_cast<std::ptrdiff_t>(face);
+        rest->indices.insert(rest->indices.end(), corners, corners + 3);
+      }
+    }
+    const auto hidden = std::make_shared<const HiddenFaces>(some);
+    const auto materials = tiles(*mesh, 0.5f, true);
+    for (const Split split : {Split::NONE, Split::BY_FACE, Split::BY_MATERIAL}) {
+      const auto layout = layOut(mesh, split, materials, NOT_CANCELED, hidden);
+      const auto alone = layOutNow(rest, Split::NONE);
+      EXPECT_EQ(layout->mesh, mesh);
+      EXPECT_EQ(layout->hidden, hidden);
+      EXPECT_EQ(positionsOf(*layout, 0), positionsOf(*alone, 0));
+      if (split == Split::BY_FACE) {  // each face has the color of that face
+        std::vector<std::uint32_t> sources = layout->sources;
+        std::sort(sources.begin(), sources.end());
+        sources.erase(std::unique(sources.begin(), sources.end()), sources.end());
+        EXPECT_TRUE(std::includes(sources.begin(), sources.end(), shown.begin(), shown.end()));
+      } else {
+        const auto sourceOf = [&](std::uint32_t i) { return layout->sources[i]; };
+        const auto aloneOf = [&](std::uint32_t i) { return alone->sources[i]; };
+        EXPECT_EQ(layout_checks::facesOf(*layout, 0, sourceOf),
+                  layout_checks::facesOf(*alone, 0, aloneOf));
+      }
+      if (split == Split::NONE) {
+        std::vector<std::uint32_t> faces = layout->faces;
+        std::sort(faces.begin(), faces.end());
+        EXPECT_EQ(faces, shown);
+      }
+      const auto none =
+          layOut(mesh, split, materials, NOT_CANCELED, std::make_shared<const HiddenFaces>(all));
+      EXPECT_TRUE(none->parts.empty());
+      EXPECT_TRUE(none->indices.empty());
+    }
+  }
+}
+
+/// Each face has the material that it has in the mesh.
+TEST(Layout, keeps_the_materials_of_what_is_not_hidden)
+{
+  const auto mesh = mesh_zoo::terrain(40, 40);
+  const auto materials = tiles(*mesh, 0.5f, true);
+  FaceBits some(mesh->faceCount());
+  for (std::uint32_t face = 0; face < mesh->faceCount(); face += 3) {
+    some.add(FaceBits::Faces{face});
+  }
+  const auto layout = layOut(mesh, Split::BY_MATERIAL, materials, NOT_CANCELED,
+                             std::make_shared<const HiddenFaces>(some));
+  std::map<std::vector<std::uint32_t>, std::uint32_t> expected;  // by corners
+  const auto of_face = layout_checks::materialsOfFaces(*layout);
+  for (std::uint32_t face = 0; face < mesh->faceCount(); ++face) {
+    const auto corners = mesh->indices.begin() + 3 * static_cast<std::ptrdiff_t>(face);
+    std::vector<std::uint32_t> sorted(corners, corners + 3);
+    std::sort(sorted.begin(), sorted.end());
+    expected[sorted] = of_face[face];
+  }
+  std::size_t seen = 0;
+  for (const MeshPart& part : layout->parts) {
+    const IndexRange& range = part.levels[0];
+    for (std::size_t i = range.start; i < range.start + range.count; i += 3, ++seen) {
+      std::vector<std::uint32_t> corners;
+      for (std::size_t k = i; k < i + 3; ++k) {
+        corners.push_back(layout->sources[layout->indices[k]]);
+      }
+      std::sort(corners.begin(), corners.end());
+      EXPECT_EQ(part.material, expected.at(corners));
+    }
+  }
+  EXPECT_EQ(seen, mesh->faceCount() - some.count());
 }
 
 TEST(Layout, has_as_few_vertices_as_its_split_allows)

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/hidden_faces.h"
 #include "conversion/mesh_conversion.h"
 #include "mesh_view/mesh_status.h"
 #include "support/meshes.h"
@@ -347,4 +348,25 @@ TEST(LabelsStatus, counts_and_tells_what_was_left_out)
                    "3 faces that the mesh does not have are left out"));
   state.error = "out of memory";
   EXPECT_TRUE(says(labelsStatus(state), StatusLine::ERROR, "cannot be drawn: out of memory"));
+}
+
+TEST(MeshStatus, says_how_many_faces_are_hidden)
+{
+  auto message = test_meshes::square();
+  message.uuid = "partly hidden";
+  const auto mesh = rviz_mesh_plugin::convert(message);
+  EXPECT_FALSE(rviz_mesh_plugin::hiddenStatus(nullptr));
+  EXPECT_FALSE(rviz_mesh_plugin::hiddenStatus(mesh.get()));
+  const auto hide = [&](const rviz_mesh_plugin::FaceBits::Faces& faces) {
+    rviz_mesh_plugin::setHiddenFaces(*mesh, std::make_shared<const rviz_mesh_plugin::HiddenFaces>(
+                                                rviz_mesh_plugin::FaceBits(2, faces)));
+  };
+  hide({1});
+  EXPECT_TRUE(says(rviz_mesh_plugin::hiddenStatus(mesh.get()), StatusLine::OK,
+                   "1 of 2 faces are hidden: 'Show All'"));
+  hide({0, 1});
+  EXPECT_TRUE(says(rviz_mesh_plugin::hiddenStatus(mesh.get()), StatusLine::WARN,
+                   "nothing is drawn: all 2 faces are hidden"));
+  hide({});
+  EXPECT_FALSE(rviz_mesh_plugin::hiddenStatus(mesh.get()));
 }

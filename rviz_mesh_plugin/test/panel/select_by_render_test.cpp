@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/hidden_faces.h"
 #include "label_panel_fixture.h"
 
 class SelectByDialogTest : public LabelPanelFixture
@@ -181,4 +182,45 @@ TEST_F(SelectByDialogTest, outlives_its_tool_and_goes_with_the_panel)
   pressSelect();
   window.reset();
   spinFrames();
+}
+
+TEST_F(SelectByDialogTest, buttons_beside_it_hide_isolate_and_show)
+{
+  start();
+  const auto mesh = display->mesh();
+  const auto hidden = [&] {
+    const auto faces = rviz_mesh_plugin::hiddenFaces(*mesh);
+    return faces ? faces->bits().faces() : Faces();
+  };
+  ASSERT_TRUE(spinUntil([&] {
+    refresh();
+    return button("Show All")->toolTip().contains("no face is hidden");
+  }));
+  for (const char* name : {"Hide", "Isolate"}) {
+    EXPECT_FALSE(button(name)->isEnabled());
+    EXPECT_TRUE(button(name)->toolTip().contains("nothing is selected"));
+  }
+  EXPECT_FALSE(button("Show All")->isEnabled());
+  ASSERT_TRUE(select(test_labels::rows(10, 3, 5)));
+  click("Hide");
+  ASSERT_TRUE(spinUntil([&] { return !hidden().empty(); }));
+  EXPECT_EQ(hidden(), test_labels::rows(10, 3, 5));
+  EXPECT_TRUE(tool->selection().empty());
+  refresh();
+  click("Show All");
+  EXPECT_TRUE(spinUntil([&] { return hidden().empty(); }));
+  ASSERT_TRUE(select(test_labels::rows(10, 0, 1)));
+  click("Isolate");
+  ASSERT_TRUE(spinUntil([&] { return !hidden().empty(); }));
+  EXPECT_EQ(hidden(), test_labels::rows(10, 1, 10));
+  EXPECT_EQ(tool->selection().faces(), test_labels::rows(10, 0, 1));
+  // The faces of labels that are shown, and only these.
+  refresh();
+  choose({0, 2});  // tree_1: the first row; wall_1: the third
+  click("Select Faces");
+  ASSERT_TRUE(spinUntil([&] { return !tool->busy(); }));
+  EXPECT_EQ(tool->selection().faces(), test_labels::rows(10, 0, 1));
+  keep(window.get(), "panel_hidden");
+  click("Show All");
+  EXPECT_TRUE(spinUntil([&] { return hidden().empty(); }));
 }

@@ -5,6 +5,7 @@
 #include <rviz/view_manager.h>
 #include <QMenu>
 
+#include "base/hidden_faces.h"
 #include "label_panel_fixture.h"
 
 using rviz_mesh_plugin::ZoomButton;
@@ -62,4 +63,32 @@ TEST_F(ZoomButtonTest, moves_the_camera_to_labels_the_selection_and_the_mesh)
   EXPECT_TRUE(looksAt(0.0, 0.0));
   EXPECT_GT(away(), near);
   EXPECT_LT(away(), 6.0f);
+}
+
+TEST_F(ZoomButtonTest, moves_the_camera_to_what_is_not_hidden)
+{
+  start();
+  std::string said;
+  QObject guard;
+  QObject::connect(manager(), &rviz::VisualizationManager::statusUpdate, &guard,
+                   [&](const QString& text) { said = text.toStdString(); });
+  lookAt({5, -4, 9}, {3, 3, 0});
+  const auto mesh = display->mesh();
+  const auto hide = [&](const Faces& faces) {
+    rviz_mesh_plugin::setHiddenFaces(*mesh,
+                                     std::make_shared<const rviz_mesh_plugin::HiddenFaces>(
+                                         rviz_mesh_plugin::FaceBits(mesh->faceCount(), faces)));
+  };
+  hide(test_labels::rows(10, 2, 10));
+  zoom(0);
+  EXPECT_TRUE(looksAt(0.0, -0.8)) << "the first two of ten rows";
+  list()->selectRow(2);  // wall_1: the third
+  zoom(1);
+  EXPECT_TRUE(spinUntil([&] { return said == "None of it is shown: there is nothing to zoom to"; }))
+      << said;
+  hide(test_labels::rows(10, 0, 2));
+  list()->selectRow(2);
+  zoom(1);
+  EXPECT_TRUE(looksAt(0.0, -0.5));
+  hide({});
 }

@@ -206,3 +206,31 @@ TEST(RayInSection, is_the_part_of_the_ray_in_the_box)
   }
   EXPECT_GT(hits, 50);
 }
+
+TEST(SelectableFaces, are_not_the_hidden_ones)
+{
+  std::mt19937 random(7);
+  for (const bool cut : {false, true}) {
+    ShownMesh shown = shownSoup(200, random, cut ? box({-1, -1, -1}, {1, 1, 1}) : Section());
+    const SelectableFaces whole(shown);
+    FaceBits hidden(200);
+    for (std::uint32_t face = 0; face < 200; face += 3) {
+      hidden.add(FaceBits::Faces{face});
+    }
+    shown.hidden = std::make_shared<const rviz_mesh_plugin::HiddenFaces>(hidden);
+    const SelectableFaces selectable(shown);
+    EXPECT_FALSE(selectable.all());
+    FaceBits expected = whole.bits();
+    EXPECT_LT(cut ? 0u : 199u, expected.count());
+    expected.remove(hidden);
+    EXPECT_EQ(selectable.bits(), expected);
+    auto listed = whole.bits().faces();
+    selectable.keep(listed);
+    EXPECT_EQ(listed, expected.faces());
+    for (std::uint32_t face = 0; face < 200; ++face) {
+      EXPECT_EQ(selectable.contains(face), expected.contains(face));
+    }
+    const mesh_map::SphereRegion ball({0, 0, 0}, 1.0);
+    EXPECT_TRUE(selectable.seenPart(ball)) << "part of it may be shown";
+  }
+}

@@ -9,9 +9,12 @@
 #include <rviz/properties/property.h>
 #include <rviz/tool_manager.h>
 #include <rviz/viewport_mouse_event.h>
+#include "displays/display_tree.h"
+#include "displays/textured_mesh_display.h"
 #include "picking/surface_index.h"
 #include "picking/surface_picker.h"
 #include "picking/view_geometry.h"
+#include "rendering/mesh_visual.h"
 #include "selection/selection_visual.h"
 #include "tools/cluster_label_tool.h"
 
@@ -217,11 +220,26 @@ double frameTime()
   return quantile(times, 0.5);
 }
 
+/// Whether the mesh is drawn without the faces that are hidden, and in full.
+bool isLaidOut()
+{
+  bool done = true;
+  rviz_mesh_plugin::visitDisplays<rviz_mesh_plugin::TexturedMeshDisplay>(
+      Stage::manager()->getRootDisplayGroup(), rviz_mesh_plugin::DisplayChoice::ALL,
+      [&](const rviz_mesh_plugin::TexturedMeshDisplay& display) {
+        const auto* visual = display.visual();
+        done = done && visual && visual->shownLayout() == visual->layout() &&
+               visual->layout()->hidden == rviz_mesh_plugin::hiddenFaces(*display.mesh()) &&
+               visual->progress() >= 1.0f;
+      });
+  return done;
+}
+
 /// What edits of many faces take of the GUI thread, and what their highlight takes of a frame.
 void measureGui(ClusterLabelTool& tool)
 {
   GuiThread gui;
-  const auto done = [&tool] { return !tool.busy() && tool.visual()->isCurrent(); };
+  const auto done = [&tool] { return !tool.busy() && tool.visual()->isCurrent() && isLaidOut(); };
   const auto edit = [&](const std::string& name, const std::function<void()>& action) {
     if (!gui.watch(action, done)) {
       throw std::runtime_error(name + " was not done in a minute");
@@ -259,6 +277,14 @@ void measureGui(ClusterLabelTool& tool)
     drag({WIDTH / 2 - 100, HEIGHT / 2}, {WIDTH / 2 + 100, HEIGHT / 2}, 10, Qt::ControlModifier);
   });
   tell("gui_brush_faces", static_cast<double>(tool.selection().count()));
+  const auto start = Clock::now();
+  edit("hide", [&] { key(Qt::Key_H, Qt::NoModifier); });
+  tell("hide_until_drawn", milliseconds(Clock::now() - start));
+  edit("show_all", [&] { key(Qt::Key_H, Qt::ControlModifier); });
+  edit("undo_hide", [&] {
+    key(Qt::Key_Z, Qt::ControlModifier);
+    key(Qt::Key_Z, Qt::ControlModifier);
+  });
   tool.clearSelection();
 }
 

@@ -45,6 +45,9 @@ EDITS = {
     "redo": "redo",
     "grow": "grow",
     "brush": "brush of 5 m, ten moves",
+    "hide": "hide what it selected",
+    "show_all": "show all",
+    "undo_hide": "undo both",
 }
 
 
@@ -63,6 +66,7 @@ def figures(values: Dict[str, float], paper: Dict[str, float]) -> List[Figure]:
     for key, name in EDITS.items():
         found.append(Figure(f"GUI, {name}", values["gui_" + key], "ms", "", None, MOST_AT_A_TIME))
         found.append(Figure(f"GUI, {name}, in all", values[f"gui_{key}_all"], "ms"))
+    found.append(Figure("hidden until drawn without it", values["hide_until_drawn"], "ms"))
     plain = values["frame_plain"]
     found.append(
         Figure(

@@ -107,17 +107,22 @@ LabelObject::~LabelObject()
   destroySceneNode(node_);
 }
 
-void LabelObject::setFaces(std::shared_ptr<const IndexSlots::Faces> faces, bool in_parts)
+void LabelObject::setFaces(std::shared_ptr<const IndexSlots::Faces> faces, bool in_parts,
+                           const HiddenFacesConstPtr& hidden)
 {
   if (!parts_ && !in_parts && faces->size() <= MANY_FACES) {
-    wanted_ = std::move(faces);
+    wanted_ = withoutHidden(faces, hidden);
     return;
   }
   if (!parts_) {
     parts_ = std::make_unique<LabelParts>(vertices_, false);
   }
-  parts_->setFaces([faces = std::move(faces), count = vertices_.mesh()->faceCount()] {
-    return FaceBits(count, *faces);
+  parts_->setFaces([faces = std::move(faces), hidden, count = vertices_.mesh()->faceCount()] {
+    FaceBits drawn(count, *faces);
+    if (hidden) {
+      drawn.remove(hidden->bits());
+    }
+    return drawn;
   });
 }
 

@@ -10,6 +10,7 @@
 #include <OgreSimpleRenderable.h>
 #include <OgreVertexIndexData.h>
 
+#include "base/hidden_faces.h"
 #include "rendering/labels/index_slots.h"
 #include "rendering/labels/label_material.h"
 #include "rendering/labels/label_parts.h"
@@ -35,7 +36,9 @@ class LabelObject : public Ogre::SimpleRenderable
   ~LabelObject() override;
 
   /// @param faces ascending, each once, all of the mesh
-  void setFaces(std::shared_ptr<const IndexSlots::Faces> faces, bool in_parts = false);
+  /// @param hidden those that are left out; null: none
+  void setFaces(std::shared_ptr<const IndexSlots::Faces> faces, bool in_parts = false,
+                const HiddenFacesConstPtr& hidden = nullptr);
   /// Part by part, and often.
   void setFaces(std::shared_ptr<const FaceBits> faces);
   bool inParts() const { return parts_ != nullptr; }

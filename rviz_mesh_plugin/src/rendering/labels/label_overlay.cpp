@@ -57,13 +57,33 @@ std::size_t LabelOverlay::setLabel(const LabelClusterConstPtr& cluster)
     Label& label = known->second;
     label.cluster = inside;
     face_count_ += inside->faces.size();
-    label.object->setFaces({inside, &inside->faces},
-                           face_count_ > MANY_FACES && inside->faces.size() > FEW_FACES);
+    setFaces(label);
     waiting_.insert(cluster->label);
     is_arranged_ = false;
     applyLook(cluster->label);
   }
   return cluster->faces.size() - inside->faces.size();
+}
+
+/// Few are drawn as they are; of many, the thread makes what is drawn.
+void LabelOverlay::setFaces(Label& label)
+{
+  const std::shared_ptr<const IndexSlots::Faces> faces{label.cluster, &label.cluster->faces};
+  const bool in_parts = face_count_ > MANY_FACES && faces->size() > FEW_FACES;
+  label.object->setFaces(faces, in_parts, hidden_);
+}
+
+void LabelOverlay::setHidden(const HiddenFacesConstPtr& hidden)
+{
+  if (hidden == hidden_) {
+    return;
+  }
+  hidden_ = hidden;
+  for (auto& label : labels_) {
+    setFaces(label.second);
+    waiting_.insert(label.first);
+  }
+  setPhantom(phantom_shown_);
 }
 
 void LabelOverlay::removeLabel(const std::string& label)
@@ -115,6 +135,9 @@ void LabelOverlay::setPhantom(bool shown)
     phantom_->useMaterial(phantom_material_);
     FaceBits all(mesh->faceCount());
     all.addAll();
+    if (hidden_) {
+      all.remove(hidden_->bits());
+    }
     if (mesh->faceCount() > MANY_FACES) {
       phantom_->setFaces(std::make_shared<const FaceBits>(std::move(all)));
     } else {

@@ -9,6 +9,7 @@
 
 #include <OgrePrerequisites.h>
 
+#include "base/hidden_faces.h"
 #include "base/mesh_data.h"
 #include "labels/label_colors.h"
 #include "labels/label_name.h"
@@ -49,6 +50,8 @@ class LabelOverlay : public PlacedVisual
   void setAlpha(float alpha) { materials_.setAlpha(alpha); }
   /// What is drawn of them, and of the phantom, in the coordinates of the mesh.
   void setSection(const Section& section);
+  /// These faces of the mesh (null: none) are not drawn: those of another one are the next ones.
+  void setHidden(const HiddenFacesConstPtr& hidden);
   /// Draws the whole mesh, rgb .2/.3/.2, alpha .1.
   void setPhantom(bool shown);
 
@@ -73,6 +76,7 @@ class LabelOverlay : public PlacedVisual
 
   LabelObject* find(const std::string& label) const;
   void applyLook(const std::string& label);
+  void setFaces(Label& label);
   bool uploadSlice();
   std::size_t uploadLabels(std::size_t& left);
   void arrange(std::size_t& left);
@@ -85,6 +89,7 @@ class LabelOverlay : public PlacedVisual
   LabelLayers layers_;
   bool is_arranged_ = true;  ///< or is being arranged
   LabelLooks looks_;
+  HiddenFacesConstPtr hidden_;
   std::unique_ptr<LabelObject> phantom_;
   std::shared_ptr<LabelMaterial> phantom_material_;
   bool phantom_shown_ = false;

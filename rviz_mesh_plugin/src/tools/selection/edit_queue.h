@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/face_bits.h"
+#include "base/hidden_faces.h"
 #include "base/mesh_data.h"
 #include "selection/selection_regions.h"
 #include "threads/work_thread.h"
@@ -27,6 +28,7 @@ class EditQueue
   {
     MeshDataConstPtr mesh;
     FaceBits faces;
+    HiddenFacesConstPtr hidden{};  ///< where that was asked for, instead of faces
   };
 
   /// What is to be done with the selection.

@@ -14,6 +14,8 @@
 #include "selection/face_neighbors.h"
 #include "selection/selectable_faces.h"
 #include "tools/selection/brush_path.h"
+#include "tools/selection/face_hiding.h"
+#include "tools/selection/search_target.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -23,7 +25,6 @@ constexpr const char* NO_MESH = "nothing has been selected yet: show a mesh, and
 constexpr const char* GONE =
     "no display has this mesh (any more): add a TexturedMesh or Map3D display that shows it";
 constexpr const char* NO_SUCH_FACES = "the mesh has no such faces";
-constexpr const char* NONE_SELECTED = "nothing is selected there that could be deselected";
 
 /// Faces that are seen, and the one that was clicked at, which is, however little shows of it.
 FaceBits withFace(const FaceSelection::Faces& seen, std::uint32_t clicked, const MeshData& mesh)
@@ -37,8 +38,12 @@ FaceBits withFace(const FaceSelection::Faces& seen, std::uint32_t clicked, const
 
 SelectionEditor::SelectionEditor(rviz::DisplayContext* context, const SurfacePicker& picker,
                                  const std::function<void()>& on_change)
-    : context_(context), picker_(picker), session_(context->getSceneManager(), on_change)
+    : context_(context),
+      picker_(picker),
+      session_(context->getSceneManager(), on_change),
+      hiding_(std::make_shared<FaceHiding>(picker))
 {
+  histories_.add(hiding_);
 }
 
 std::string SelectionEditor::click(const Event& event, const Gesture& gesture,
@@ -78,7 +83,7 @@ std::string SelectionEditor::flood(const Event& event, const SurfaceHit& hit, bo
   Edit edit;
   edit.mesh = adding ? hit.mesh : nullptr;
   edit.found =
-      queue_.ask([neighbors = std::move(neighbors), view = makeView(event, hit, settings),
+      queue_.ask([neighbors = std::move(neighbors), view = searchInView(hit, event, settings),
                   face = hit.face, angle = settings.flood_angle](const std::atomic<bool>& cancel) {
         const MeshDataConstPtr& mesh = view.shown.mesh;
         const SelectableFaces selectable(view.shown);
@@ -97,7 +102,7 @@ std::string SelectionEditor::flood(const Event& event, const SurfaceHit& hit, bo
 std::string SelectionEditor::putLabel(const Event& event, const SurfaceHit& hit, bool adding,
                                       LabelFacesConstPtr faces, const SelectionSettings& settings)
 {
-  FaceSearch view = makeView(event, hit, settings);
+  FaceSearch view = searchInView(hit, event, settings);
   if (!view.choosesBySight()) {
     return put(hit.mesh, adding, std::move(faces));
   }
@@ -115,7 +120,10 @@ std::string SelectionEditor::putLabel(const Event& event, const SurfaceHit& hit,
 std::string SelectionEditor::area(const Event& event, const Gesture& gesture,
                                   const std::vector<Pixel>& path, const SelectionSettings& settings)
 {
-  Target target = findTarget(event, gesture, path, settings);
+  const bool selected = busy() || !session_.selection().empty();
+  const MeshDataConstPtr mesh = selected ? comingMesh() : nullptr;
+  SearchTarget target = gesture.adding ? areaTarget(picker_, mesh, path, event, settings)
+                                       : selectedTarget(picker_, mesh, event, settings);
   if (target.searches.empty()) {
     return target.reason;
   }
@@ -131,28 +139,6 @@ std::string SelectionEditor::area(const Event& event, const Gesture& gesture,
   }
   return search(std::move(target.searches), gesture.adding,
                 target.reason.empty() ? NOTHING_THERE : target.reason);
-}
-
-FaceSearch SelectionEditor::makeSearch(const Event& event, const ShownMesh& shown,
-                                       const SelectionSettings& settings) const
-{
-  FaceSearch search;
-  search.shown = shown;
-  search.queries = SurfaceIndex::instance().find(shown.mesh).queries;
-  search.eye = eyeInMesh(*event.viewport->getCamera(), shown);
-  search.visible_only = settings.visible_only;
-  search.back_faces = settings.back_faces;
-  return search;
-}
-
-/// What is seen of the mesh in the whole picture.
-FaceSearch SelectionEditor::makeView(const Event& event, const ShownMesh& shown,
-                                     const SelectionSettings& settings) const
-{
-  FaceSearch view = makeSearch(event, shown, settings);
-  view.regions.push_back(std::make_shared<mesh_map::ConvexRegion>(
-      boxRegion({-1.0, -1.0}, {1.0, 1.0}, meshToClip(*event.viewport->getCamera(), shown))));
-  return view;
 }
 
 /// The mesh that has the selection once all edits that wait have been made.
@@ -184,62 +170,6 @@ std::optional<ShownMesh> SelectionEditor::shownMesh() const
     }
   }
   return std::nullopt;
-}
-
-/// That mesh.
-SelectionEditor::Target SelectionEditor::selectedTarget(const Event& event,
-                                                        const SelectionSettings& settings) const
-{
-  const MeshDataConstPtr selected = comingMesh();
-  if (!selected || (!busy() && session_.selection().empty())) {
-    return {{}, NONE_SELECTED};
-  }
-  for (const ShownMesh& shown : picker_.meshes()) {
-    if (shown.mesh == selected) {
-      FaceSearch search = makeSearch(event, shown, settings);
-      if (search.queries) {
-        return {{std::move(search)}, {}};
-      }
-      return {{}, "the mesh is being prepared: try again in a moment"};
-    }
-  }
-  return {{}, "the mesh with the selected faces is hidden: enable its display"};
-}
-
-/// The mesh in the middle of a part of the picture, else the one that has a selection, else the
-/// first that has faces there.
-SelectionEditor::Target SelectionEditor::findTarget(const Event& event, const Gesture& gesture,
-                                                    const std::vector<Pixel>& path,
-                                                    const SelectionSettings& settings) const
-{
-  if (!gesture.adding) {
-    return selectedTarget(event, settings);
-  }
-  const auto [lower, upper] = boundsOf(path);
-  Event middle = event;
-  middle.x = (lower.x + upper.x) / 2;
-  middle.y = (lower.y + upper.y) / 2;
-  const Pick pick = picker_.pick(middle, settings.back_faces);
-  if (pick.hit) {
-    return {{makeSearch(event, *pick.hit, settings)}, {}};
-  }
-  Target target = selectedTarget(event, settings);
-  if (!target.searches.empty()) {
-    return target;
-  }
-  target = {};
-  for (const ShownMesh& shown : picker_.meshes()) {
-    FaceSearch search = makeSearch(event, shown, settings);
-    if (search.queries) {
-      target.searches.push_back(std::move(search));
-    } else {
-      target.reason = pick.reason;  // it may be there
-    }
-  }
-  if (target.searches.empty()) {
-    target.reason = pick.reason;
-  }
-  return target;
 }
 
 /// What is in the first of these regions where there is anything.
@@ -423,7 +353,7 @@ std::string SelectionEditor::stroke(const Event& event, const Gesture& gesture,
   for (const SurfaceHit& hit : hits) {
     if (hit.mesh == stroke_mesh_) {
       if (search.regions.empty()) {
-        search = makeSearch(event, hit, settings);
+        search = searchIn(hit, event, settings);
       }
       search.regions.push_back(
           std::make_shared<mesh_map::SphereRegion>(hit.point, settings.radius));
@@ -504,10 +434,13 @@ std::string SelectionEditor::replace(const MeshDataConstPtr& mesh,
   for (const LabelFacesConstPtr& some : faces) {
     count += some->size();
   }
-  const auto bits = [mesh, faces] {
+  const auto bits = [mesh, faces, hidden = hiddenFaces(*mesh)] {
     FaceBits all(mesh->faceCount());
     for (const LabelFacesConstPtr& some : faces) {
       all.add(*some);
+    }
+    if (hidden) {  // nobody would see what becomes of them
+      all.remove(hidden->bits());
     }
     return all;
   };
@@ -555,6 +488,41 @@ std::string SelectionEditor::combine(const MeshDataConstPtr& mesh, Combination h
     return text.empty() && found.faces.count() == 0 ? NO_SUCH_FACES : text;
   };
   return queue_.perform(std::move(edit));
+}
+
+/// @param others false: the selected ones
+std::string SelectionEditor::hide(bool others)
+{
+  Edit edit;
+  edit.begin = [this, others](Edit& begun) -> std::string {
+    if (session_.selection().empty()) {
+      return others ? "select faces first, to see them alone" : "select faces first, to hide them";
+    }
+    const MeshDataConstPtr& mesh = session_.mesh();
+    begun.found =
+        queue_.ask([mesh, others, before = hiddenFaces(*mesh),
+                    selected = session_.selection().bits()](const std::atomic<bool>& /*cancel*/) {
+          return Found{mesh, FaceBits(), FaceHiding::with(selected, others, before)};
+        });
+    return {};
+  };
+  edit.act = [this](const Found& found) {
+    return found.mesh == session_.mesh() ? hiding_->hide(found.hidden, session_)
+                                         : "the mesh is gone of which faces were to be hidden";
+  };
+  return queue_.perform(std::move(edit));
+}
+
+std::string SelectionEditor::showAll()
+{
+  Edit edit;
+  edit.act = [this](const Found& /*found*/) { return hiding_->showAll(); };
+  return queue_.perform(std::move(edit));
+}
+
+std::size_t SelectionEditor::hiddenCount() const
+{
+  return hiding_->count();
 }
 
 std::string SelectionEditor::step(bool undo)

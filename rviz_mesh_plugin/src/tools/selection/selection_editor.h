@@ -22,6 +22,7 @@
 namespace rviz_mesh_plugin {
 
 class FaceNeighbors;
+class FaceHiding;
 class SelectableFaces;
 
 /// Selects what is clicked at or dragged over in a picture. Texts that are returned tell the user
@@ -82,6 +83,15 @@ class SelectionEditor
   /// thread, with their turn.
   std::string combine(const MeshDataConstPtr& mesh, Combination how, const FindFaces& find);
 
+  /// Hides the selected faces, or all others: they are not drawn in any display, and cannot be
+  /// pointed at or selected, until showAll(). Who hides what is selected deselects it. All of it is
+  /// one step to undo.
+  std::string hide() { return hide(false); }
+  std::string isolate() { return hide(true); }
+  /// Of all meshes that are shown.
+  std::string showAll();
+  std::size_t hiddenCount() const;
+
   /// The newest step of the selection, or of another history that is newer.
   std::string undo() { return step(true); }
   std::string redo() { return step(false); }
@@ -109,36 +119,23 @@ class SelectionEditor
   FrameResult frame();
 
  private:
-  struct Target
-  {
-    /// The first one with faces counts; without regions.
-    std::vector<FaceSearch> searches;
-    std::string reason;  ///< why there is none, or why nothing is found
-  };
-
   using Edit = EditQueue::Edit;
   using Found = EditQueue::Found;
 
   /// Null: `reason` says why they are not known.
   static std::shared_ptr<const FaceNeighbors> neighborsOf(const MeshDataConstPtr& mesh,
                                                           std::string& reason);
-  FaceSearch makeSearch(const Event& event, const ShownMesh& shown,
-                        const SelectionSettings& settings) const;
   MeshDataConstPtr comingMesh() const;
   SelectableFaces selectableOf(const MeshDataConstPtr& mesh) const;
   using ChangeAmong =
       std::function<const FaceSelection::Change&(FaceSelection& selection, const FaceBits& faces)>;
   std::string changeSelectable(const Make& all, const ChangeAmong& among, bool of_first_mesh);
-  Target selectedTarget(const Event& event, const SelectionSettings& settings) const;
-  Target findTarget(const Event& event, const Gesture& gesture, const std::vector<Pixel>& path,
-                    const SelectionSettings& settings) const;
-  FaceSearch makeView(const Event& event, const ShownMesh& shown,
-                      const SelectionSettings& settings) const;
   std::string flood(const Event& event, const SurfaceHit& hit, bool adding,
                     const SelectionSettings& settings);
   std::string putLabel(const Event& event, const SurfaceHit& hit, bool adding,
                        LabelFacesConstPtr faces, const SelectionSettings& settings);
   std::string step(bool undo);
+  std::string hide(bool others);
   std::string put(const MeshDataConstPtr& mesh, bool adding, LabelFacesConstPtr faces);
   std::string apply(const MeshDataConstPtr& mesh, bool adding, const Make& make);
   std::string takeFound(bool adding, const std::string& nothing, const Found& found);
@@ -151,7 +148,8 @@ class SelectionEditor
   rviz::DisplayContext* context_;
   const SurfacePicker& picker_;
   SelectionSession session_;
-  StepHistories histories_;  ///< of others
+  std::shared_ptr<FaceHiding> hiding_;
+  StepHistories histories_;  ///< of others than the selection
   EditQueue queue_;
   std::optional<SurfaceHit> brush_;
   bool stroking_ = false;         ///< the button is down; the edits may be behind

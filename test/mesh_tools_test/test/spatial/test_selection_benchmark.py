@@ -28,7 +28,7 @@ def values_of(milliseconds, rate):
     values = dict.fromkeys(keys, milliseconds)
     values.update({"scan_" + mode: 10.0 * milliseconds for mode in selection.FLOORS})
     values.update({f"gui_{edit}{end}": 1.0 for edit in selection.EDITS for end in ("", "_all")})
-    values.update(frame_plain=10.0, frame_all_selected=15.0)
+    values.update(frame_plain=10.0, frame_all_selected=15.0, hide_until_drawn=400.0)
     return dict(values, stroke_rate=rate, stroke_longest=milliseconds)
 
 
@@ -36,7 +36,7 @@ def test_floors_stand_once_for_each_mode():
     paper = selection.TABLE[0][2]
     figures = selection.figures(values_of(0.5, 100.0), paper)
     floors = {figure.name: figure.floor for figure in figures if figure.floor is not None}
-    assert sorted(floors.values()) == [1.0, 2.0, 10.0, 15.0] + 7 * [50.0] + [60.0]
+    assert sorted(floors.values()) == [1.0, 2.0, 10.0, 15.0] + 10 * [50.0] + [60.0]
     assert "MISSED" not in table(figures)
     assert table(selection.figures(values_of(1.5, 100.0), paper)).count("MISSED") == 1
     assert table(selection.figures(values_of(11.0, 59.0), paper)).count("MISSED") == 4
