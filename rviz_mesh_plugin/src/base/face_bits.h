@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <stdexcept>
 #include <vector>
 
 namespace rviz_mesh_plugin {
@@ -54,15 +55,17 @@ class FaceBits
       words_.back() >>= BITS - rest;
     }
   }
-  /// Those of another set. @param other of a mesh of as many faces
+  /// Those of another set. @throw std::invalid_argument for faces of a mesh of another size
   void unite(const FaceBits& other)
   {
+    refuseOthers(other);
     for (std::size_t place = 0; place < words_.size(); ++place) {
       words_[place] |= other.words_[place];
     }
   }
   void remove(const FaceBits& other)
   {
+    refuseOthers(other);
     for (std::size_t place = 0; place < words_.size(); ++place) {
       words_[place] &= ~other.words_[place];
     }
@@ -108,6 +111,13 @@ class FaceBits
   friend bool operator!=(const FaceBits& a, const FaceBits& b) { return !(a == b); }
 
  private:
+  void refuseOthers(const FaceBits& other) const
+  {
+    if (other.size_ != size_) {
+      throw std::invalid_argument("these are faces of another mesh");
+    }
+  }
+
   std::size_t size_;
   std::vector<Word> words_;
 };

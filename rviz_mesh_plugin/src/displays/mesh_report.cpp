@@ -48,7 +48,7 @@ void MeshReport::report(const QueuedAttributes& queue, const std::string& workin
   lines.report("Textures", texturesStatus(textures(queue)));
   lines.report("Section", sectionStatus(properties_.sectionShown(), properties_.section(),
                                         store_.newest().get()));
-  lines.report("Hidden", hiddenStatus(store_.newest().get()));
+  lines.report("Hidden", hiddenStatus(store_.meshes()));
   lines.report("Labels", labelsStatus(labels(queue)));
   lines.report("Services", sources_.services().report().status(ServiceReport::State::FAILED));
 }

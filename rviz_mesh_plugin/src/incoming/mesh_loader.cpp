@@ -242,6 +242,7 @@ class MeshLoader::Worker
     // Never twice in a row: else a fast publisher would not be shown at all.
     if (laying_out_ && current_.uuid == message->uuid && !gave_up_) {
       canceled_ = gave_up_ = true;
+      given_up_ = current_;
     }
   }
 
@@ -293,6 +294,7 @@ class MeshLoader::Worker
     working_.clear();
     canceled_ = true;
     gave_up_ = false;
+    given_up_ = MeshJob();
     ++generation_;
   }
 
@@ -310,7 +312,11 @@ class MeshLoader::Worker
     laying_out_ = false;
     working_.clear();
     const MeshJob done = std::exchange(current_, MeshJob());
+    const bool again = std::exchange(again_, false);
     lock.unlock();  // it is freed without the lock, which takes long
+    if (again) {
+      workOnce();
+    }
   }
 
  private:
@@ -333,6 +339,10 @@ class MeshLoader::Worker
     }
     if (isWanted()) {
       ready_.reception.refuse(failure, current_.service);
+      if (given_up_.mesh && given_up_.uuid == current_.uuid && !current_.mesh) {
+        jobs_.add(std::exchange(given_up_, MeshJob()));  // for a message that is none
+        again_ = true;
+      }
     }
   }
 
@@ -350,6 +360,7 @@ class MeshLoader::Worker
       return false;
     }
     ready_.reception.accept(current_.service);
+    given_up_ = MeshJob();
     eraseIf(ready_.meshes, [&](const auto& other) { return other->uuid == mesh->uuid; });
     eraseIf(ready_.layouts, [&](const auto& other) {
       return other->mesh->uuid == mesh->uuid && other->mesh != mesh;
@@ -408,6 +419,8 @@ class MeshLoader::Worker
   MeshJob current_;
   bool laying_out_ = false;
   bool gave_up_ = false;          ///< the layout before this one, for a newer message
+  MeshJob given_up_;              ///< that one, until that message has been converted
+  bool again_ = false;            ///< there is a job more than workOnce() is called for
   std::uint64_t generation_ = 0;  ///< counts calls of clear()
   std::uint64_t current_generation_ = 0;
   std::atomic<bool> canceled_{false};

@@ -49,7 +49,7 @@ std::vector<std::uint32_t> faceOrder(const std::vector<MeshVertex>& vertices,
   std::vector<std::uint32_t> order(indices.size() / 3);
   std::iota(order.begin(), order.end(), 0);
 #ifdef HAVE_MESHOPTIMIZER
-  if (region.hasExtent()) {
+  if (region.hasExtent() && !indices.empty()) {
     const Centers centers = faceCenters(vertices, indices, region);
     std::vector<std::uint32_t> places(centers.size());
     meshopt_spatialSortRemap(places.data(), centers[0].data(), centers.size(), sizeof(centers[0]));

@@ -347,18 +347,23 @@ OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData*
   return StatusLine::ok("the mesh is cut: what is drawn, pointed at and selected is ", kept, reach);
 }
 
-OptionalStatus hiddenStatus(const MeshData* mesh)
+OptionalStatus hiddenStatus(const std::vector<MeshDataConstPtr>& meshes)
 {
-  const HiddenFacesConstPtr hidden = mesh ? hiddenFaces(*mesh) : nullptr;
-  if (!hidden) {
+  std::size_t hidden = 0, all = 0;
+  for (const MeshDataConstPtr& mesh : meshes) {
+    const HiddenFacesConstPtr of_mesh = hiddenFaces(*mesh);
+    hidden += of_mesh ? of_mesh->count() : 0;
+    all += mesh->faceCount();
+  }
+  if (hidden == 0) {
     return std::nullopt;
   }
-  const bool all = hidden->count() == mesh->faceCount();
-  return StatusLine{all ? StatusLine::WARN : StatusLine::OK,
-                    joined(all ? "nothing is drawn: all " : "", hidden->count(),
-                           all ? "" : joined(" of ", mesh->faceCount()),
-                           " faces are hidden: 'Show All' in the panel Cluster Labels, or Ctrl+H "
-                           "with its tool, shows them")};
+  const std::string way_out =
+      ": 'Show All' in the panel Cluster Labels, or Ctrl+H with its tool, shows them";
+  return hidden == all ? StatusLine::warn("nothing is drawn: all ",
+                                          counted(all, "face is", "faces are"), " hidden", way_out)
+                       : StatusLine::ok(hidden, " of ", counted(all, "face is", "faces are"),
+                                        " hidden", way_out);
 }
 
 OptionalStatus labelsStatus(const LabelsState& state)

@@ -97,8 +97,8 @@ OptionalStatus texturesStatus(const TexturesState& state);
 /// @param mesh the newest; null: there is none
 OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData* mesh);
 
-/// Which of its faces are hidden; none where none is. @param mesh null: none
-OptionalStatus hiddenStatus(const MeshData* mesh);
+/// How many of their faces are hidden; none where none is.
+OptionalStatus hiddenStatus(const std::vector<MeshDataConstPtr>& meshes);
 OptionalStatus labelsStatus(const LabelsState& state);
 
 }  // namespace rviz_mesh_plugin

@@ -150,6 +150,9 @@ std::string describe(const LabelSituation& situation)
   } else if (situation.unsaved > 0) {
     text += ", " + counted(situation.unsaved, "label", "labels") + " not saved in the map";
   }
+  if (situation.hidden > 0) {
+    text += ", " + counted(situation.hidden, "face is", "faces are") + " hidden";
+  }
   if (situation.file_busy) {
     text += ", a file is being read or written…";
   }

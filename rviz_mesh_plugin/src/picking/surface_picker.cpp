@@ -158,8 +158,12 @@ Pick SurfacePicker::pick(const mesh_map::Ray& ray, bool back_faces) const
     result.reason =
         "no mesh is shown: add and enable a TexturedMesh or Map3D display, and look at its status";
   } else if (!result.hit) {
-    result.reason =
-        failure.empty() ? "no surface under the cursor: point at a mesh" : std::move(failure);
+    const bool hides = std::any_of(shown.begin(), shown.end(),
+                                   [](const ShownMesh& mesh) { return mesh.hidden != nullptr; });
+    result.reason = !failure.empty() ? std::move(failure)
+                    : hides ? "no surface under the cursor but perhaps hidden faces: Ctrl+H "
+                              "with the tool ClusterLabel shows them"
+                            : "no surface under the cursor: point at a mesh";
   }
   return result;
 }

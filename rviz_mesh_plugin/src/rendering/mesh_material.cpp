@@ -303,8 +303,19 @@ void PartMaterials::setTexture(const TextureImageConstPtr& image)
   }
   Texture texture;
   texture.texture = MeshTexture::of(*image);
+  const bool complete = texture.texture->complete();  // as where the mesh is only laid out anew
   textures_[index] = std::move(texture);
-  uploading_.insert(index);
+  if (complete) {
+    makeMaterial(textures_[index]);
+  } else {
+    uploading_.insert(index);
+  }
+}
+
+void PartMaterials::makeMaterial(Texture& texture) const
+{
+  texture.material = std::make_unique<MeshMaterial>();
+  applyTexture(texture);
 }
 
 bool PartMaterials::nextSliceIsLong() const
@@ -329,8 +340,7 @@ bool PartMaterials::uploadSlice()
     return false;
   }
   uploading_.erase(uploading_.begin());
-  texture.material = std::make_unique<MeshMaterial>();
-  applyTexture(texture);
+  makeMaterial(texture);
   return true;
 }
 

@@ -87,6 +87,7 @@ class PartMaterials
   /// Null where the part has none.
   const Material* materialOf(const MeshPart& part) const;
   void applyTexture(const Texture& texture) const;
+  void makeMaterial(Texture& texture) const;
 
   LayoutOutlineConstPtr layout_;
   MeshStyle style_;

@@ -23,6 +23,8 @@ class SelectableFaces
 
   /// No face is left out.
   bool all() const { return !section_ && !none_ && !hidden_; }
+  /// A section, not only hidden faces, leaves faces out, or parts of them.
+  bool cut() const { return section_ || none_; }
   bool contains(std::uint32_t face) const;
 
   /// Looks at each face, for a thread. @throw Canceled (cancellation.h), std::bad_alloc

@@ -28,6 +28,35 @@ void dropBackFaces(const MeshData& mesh, const std::array<double, 3>& eye,
   eraseIf(faces, is_back);
 }
 
+/// Rays that have met hidden faces go on to what is not hidden: these alone natively, which knows
+/// of masks.
+void castBehindHidden(const mesh_map::RayBatch& rays, const HiddenFaces& hidden,
+                      const SpatialQueries& queries, const mesh_map::BvhOptions& run,
+                      mesh_map::RayHits& hits)
+{
+  std::vector<std::size_t> again;
+  std::vector<double> origins, directions, distances;
+  for (std::size_t i = 0; i < hits.faces.size(); ++i) {
+    if (hidden.contains(hits.faces[i])) {
+      const mesh_map::Ray ray = rays[i];
+      again.push_back(i);
+      origins.insert(origins.end(), ray.origin.begin(), ray.origin.end());
+      directions.insert(directions.end(), ray.direction.begin(), ray.direction.end());
+      distances.push_back(ray.max_distance);
+    }
+  }
+  mesh_map::RayOptions options;
+  options.mask = hidden.mask();
+  const mesh_map::RayHits behind =
+      mesh_map::castRays(queries.bvh(), {origins, directions, distances}, options, run);
+  for (std::size_t i = 0; i < again.size(); ++i) {
+    hits.set(again[i], {behind.faces[i],
+                        behind.distances[i],
+                        {behind.barycentric[3 * i], behind.barycentric[3 * i + 1],
+                         behind.barycentric[3 * i + 2]}});
+  }
+}
+
 /// Rays meet only what is in the section, and not hidden. @return the faces that they meet;
 /// distances are less by what is before the section
 mesh_map::RayHits castAtShown(const mesh_map::RayBatch& rays, const ShownMesh& shown,
@@ -50,12 +79,11 @@ mesh_map::RayHits castAtShown(const mesh_map::RayBatch& rays, const ShownMesh& s
     directions.insert(directions.end(), direction.begin(), direction.end());
     distances.push_back(seen ? seen->max_distance : -1.0);
   }
+  mesh_map::RayHits hits = queries.castRays({origins, directions, distances}, run);
   if (shown.hidden) {
-    mesh_map::RayOptions options;
-    options.mask = shown.hidden->mask();
-    return mesh_map::castRays(queries.bvh(), {origins, directions, distances}, options, run);
+    castBehindHidden({origins, directions, distances}, *shown.hidden, queries, run, hits);
   }
-  return queries.castRays({origins, directions, distances}, run);
+  return hits;
 }
 
 }  // namespace
@@ -160,7 +188,8 @@ FaceSelection::Faces FaceSearch::selectableFacesIn(const mesh_map::Region& regio
     return {};
   }
   const bool convex = dynamic_cast<const mesh_map::ConvexRegion*>(&region) != nullptr;
-  auto faces = queries->selectFaces(convex ? *part : region, run);
+  const mesh_map::Region& looked_at = convex ? *part : region;
+  auto faces = queries->selectFaces(looked_at, run);
   selectable.keep(faces, run.cancel);
   if (!back_faces) {
     dropBackFaces(*shown.mesh, eye, faces);
@@ -169,7 +198,7 @@ FaceSelection::Faces FaceSearch::selectableFacesIn(const mesh_map::Region& regio
     return faces;
   }
   return mesh_map::seenFaces(
-      queries->bvh(), *part, faces, eye,
+      queries->bvh(), selectable.cut() ? *part : looked_at, faces, eye,
       [&](const mesh_map::RayBatch& rays) { return castAtShown(rays, shown, *queries, run); });
 }
 

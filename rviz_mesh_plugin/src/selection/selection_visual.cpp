@@ -8,6 +8,8 @@
 #include <OgreRenderQueue.h>
 #include <OgreTechnique.h>
 
+#include "base/erase_if.h"
+
 namespace rviz_mesh_plugin {
 namespace {
 
@@ -58,6 +60,7 @@ void SelectionVisual::setMesh(const MeshDataConstPtr& mesh)
   preparing_.drop();
   levels_.reset();
   vertices_.setMesh(mesh);
+  hidden_ = mesh ? hiddenFaces(*mesh) : nullptr;
   makeObject();
   if (mesh && mesh->faceCount() > MANY_FACES) {
     preparing_.start([mesh](const Cancellation& cancellation) {
@@ -91,11 +94,15 @@ void SelectionVisual::apply(const FaceSelection& selection, const FaceSelection:
   const bool many = object_->inParts() || std::max(selection.count(), change.count()) > MANY_FACES;
   try {
     if (!many) {
-      uploaded_bytes_ += object_->changeFaces(change.added(), change.removed());
+      uploaded_bytes_ += object_->changeFaces(shownOf(change.added()), shownOf(change.removed()));
     } else if (selection.empty()) {
       makeObject();
     } else {
-      object_->setFaces(std::make_shared<const FaceBits>(selection.bits()));
+      FaceBits faces = selection.bits();
+      if (hidden_) {
+        faces.remove(hidden_->bits());
+      }
+      object_->setFaces(std::make_shared<const FaceBits>(std::move(faces)));
     }
   } catch (...) {
     makeObject();
@@ -118,8 +125,23 @@ void SelectionVisual::applyMaterial()
   material_ = std::move(material);
 }
 
-bool SelectionVisual::follow(const std::vector<ShownMesh>& shown)
+FaceSelection::Faces SelectionVisual::shownOf(FaceSelection::Faces faces) const
 {
+  if (hidden_) {
+    eraseIf(faces, [this](std::uint32_t face) { return hidden_->contains(face); });
+  }
+  return faces;
+}
+
+bool SelectionVisual::follow(const std::vector<ShownMesh>& shown, const FaceSelection& selection)
+{
+  const HiddenFacesConstPtr hidden = mesh() ? hiddenFaces(*mesh()) : nullptr;
+  if (hidden != hidden_) {
+    hidden_ = hidden;
+    if (!selection.empty()) {
+      setSelection(selection);
+    }
+  }
   const auto found = std::find_if(shown.begin(), shown.end(), [&](const ShownMesh& other) {
     return mesh() && other.mesh == mesh();
   });

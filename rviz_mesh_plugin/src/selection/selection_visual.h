@@ -34,7 +34,7 @@ class SelectionVisual : public PlacedVisual
   void setMesh(const MeshDataConstPtr& mesh);
   const MeshDataConstPtr& mesh() const { return vertices_.mesh(); }
 
-  /// Highlights these faces of the mesh and no others.
+  /// Highlights these faces of the mesh and no others, but for hidden ones.
   void setSelection(const FaceSelection& selection);
 
   /// Follows a change of the selection that is highlighted.
@@ -49,8 +49,8 @@ class SelectionVisual : public PlacedVisual
   void setColor(const Rgba8& color);
 
   /// To be called each frame: takes the pose that the mesh has now; hides the highlight where the
-  /// mesh is not shown, and where that is cut. @return whether it is shown
-  bool follow(const std::vector<ShownMesh>& shown);
+  /// mesh is not shown, and where that is cut or hidden. @return whether it is shown
+  bool follow(const std::vector<ShownMesh>& shown, const FaceSelection& selection);
 
   /// Uploads for about this long; true where nothing is left to do. Before the vertices are,
   /// nothing is seen. @throw Ogre::Exception, std::exception; the mesh is given up then
@@ -65,6 +65,8 @@ class SelectionVisual : public PlacedVisual
  private:
   void makeObject();
   bool uploadSlice();
+  /// Without the hidden ones.
+  FaceSelection::Faces shownOf(FaceSelection::Faces faces) const;
 
   LabelVertices vertices_;
   OverlayLevelsConstPtr levels_;  ///< kept for when many faces are selected, and again
@@ -73,6 +75,7 @@ class SelectionVisual : public PlacedVisual
 
   Rgba8 color_ = COLOR;
   Section section_;
+  HiddenFacesConstPtr hidden_;  ///< of the mesh
   std::shared_ptr<LabelMaterial> material_;
   std::unique_ptr<LabelObject> object_;
   std::size_t uploaded_bytes_ = 0;

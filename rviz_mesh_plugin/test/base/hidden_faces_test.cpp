@@ -88,4 +88,6 @@ TEST(FaceBits, are_united_and_removed)
   EXPECT_EQ(faces.faces(), (Faces{0, 5, 6, 64, 69}));
   faces.remove(FaceBits(70, {0, 1, 69}));
   EXPECT_EQ(faces.faces(), (Faces{5, 6, 64}));
+  EXPECT_THROW(faces.unite(FaceBits(71)), std::invalid_argument);
+  EXPECT_THROW(faces.remove(FaceBits(69)), std::invalid_argument);
 }

@@ -168,3 +168,19 @@ TEST_F(HiddenLabelsTest, hidden_faces_have_no_normals)
     EXPECT_TRUE(spinUntil([&] { return magenta() == whole; })) << type;
   }
 }
+
+TEST_F(HiddenLabelsTest, a_larger_mesh_does_not_have_those_of_the_one_before)
+{
+  showMesh();
+  auto* labels = createLabels();
+  set(labels, {"Show Phantom"}, true);
+  ASSERT_TRUE(says(labels, "Geometry", "200 faces"));
+  hide(rows(10, 0, 3));
+  spinFrames();
+  geometry.publish(test_meshes::terrain(260, [](double, double) { return 0.0; }));
+  ASSERT_TRUE(says(labels, "Geometry", "135200 faces"));
+  server->labels.publish(LabelServer::cluster("tree_1", rows(260, 0, 260)));
+  ASSERT_TRUE(says(labels, "Labels", "135200 faces"));
+  set(labels, {"Show Phantom"}, false);
+  EXPECT_TRUE(spinUntil([&] { return grab().count(colorOf("tree")) > 9.9 * ROW; }));
+}

@@ -248,6 +248,27 @@ TEST(Loader, lays_out_as_asked_for_and_so_again_when_the_same_mesh_comes_again)
   ASSERT_TRUE(layout_by(Split::NONE)) << "another mesh is laid out as any new one";
 }
 
+TEST(Loader, lays_out_after_all_where_the_message_it_gave_way_to_is_refused)
+{
+  Receiver receiver;
+  receiver.loader.receive(terrain(300));
+  ASSERT_TRUE(receiver.waitForLayout(180000));
+  const MeshDataConstPtr mesh = receiver.meshes[0];
+  auto wrong = boost::make_shared<mesh_msgs::MeshGeometryStamped>(*terrain(300));
+  wrong->mesh_geometry.faces[7].vertex_indices[0] = 4000000000;
+  for (int i = 0; i < 5; ++i) {
+    receiver.layouts.clear();
+    const Split split = i % 2 == 0 ? Split::BY_FACE : Split::NONE;
+    receiver.loader.layOut(mesh, split, nullptr);
+    ASSERT_TRUE(receiver.waitFor([&] { return !receiver.working.empty(); }));
+    receiver.loader.receive(wrong);
+    EXPECT_TRUE(receiver.waitFor([&] {
+      return !receiver.layouts.empty() && receiver.layouts.back()->split == split;
+    })) << i;
+  }
+  EXPECT_EQ(receiver.reception.refused, 5u);
+}
+
 TEST(Loader, never_hands_over_a_preview_after_the_layout)
 {
   const std::size_t usual = rviz_mesh_plugin::preview_threshold.exchange(500000);

@@ -355,18 +355,18 @@ TEST(MeshStatus, says_how_many_faces_are_hidden)
   auto message = test_meshes::square();
   message.uuid = "partly hidden";
   const auto mesh = rviz_mesh_plugin::convert(message);
-  EXPECT_FALSE(rviz_mesh_plugin::hiddenStatus(nullptr));
-  EXPECT_FALSE(rviz_mesh_plugin::hiddenStatus(mesh.get()));
+  EXPECT_FALSE(rviz_mesh_plugin::hiddenStatus({}));
+  EXPECT_FALSE(rviz_mesh_plugin::hiddenStatus({mesh}));
   const auto hide = [&](const rviz_mesh_plugin::FaceBits::Faces& faces) {
     rviz_mesh_plugin::setHiddenFaces(*mesh, std::make_shared<const rviz_mesh_plugin::HiddenFaces>(
                                                 rviz_mesh_plugin::FaceBits(2, faces)));
   };
   hide({1});
-  EXPECT_TRUE(says(rviz_mesh_plugin::hiddenStatus(mesh.get()), StatusLine::OK,
+  EXPECT_TRUE(says(rviz_mesh_plugin::hiddenStatus({mesh}), StatusLine::OK,
                    "1 of 2 faces are hidden: 'Show All'"));
   hide({0, 1});
-  EXPECT_TRUE(says(rviz_mesh_plugin::hiddenStatus(mesh.get()), StatusLine::WARN,
+  EXPECT_TRUE(says(rviz_mesh_plugin::hiddenStatus({mesh}), StatusLine::WARN,
                    "nothing is drawn: all 2 faces are hidden"));
   hide({});
-  EXPECT_FALSE(rviz_mesh_plugin::hiddenStatus(mesh.get()));
+  EXPECT_FALSE(rviz_mesh_plugin::hiddenStatus({mesh}));
 }

@@ -117,7 +117,7 @@ TEST_F(SelectionVisualTest, exactly_the_pixels_of_the_selected_faces_change)
       lookAt({2.0, -1.5, view == 1 ? 1.5 : -1.5}, {0.2, -0.1, 0.3});
     }
     apply(selection.clear());
-    ASSERT_TRUE(visual->follow(picker.meshes()));
+    ASSERT_TRUE(visual->follow(picker.meshes(), selection));
     const Image before = grab();
     FaceSelection::Faces faces;
     for (std::uint32_t face = 0; face < mesh->faceCount(); ++face) {
@@ -126,7 +126,7 @@ TEST_F(SelectionVisualTest, exactly_the_pixels_of_the_selected_faces_change)
       }
     }
     apply(selection.select(faces));
-    ASSERT_TRUE(visual->follow(picker.meshes()));
+    ASSERT_TRUE(visual->follow(picker.meshes(), selection));
     const Image after = grab();
     EXPECT_TRUE(osmesa_harness::sameOnAllBackEnds("selection_" + std::to_string(view), after));
     std::size_t changed = 0, wrong = 0, unsure = 0;
@@ -265,7 +265,7 @@ TEST_F(SelectionVisualTest, it_follows_the_mesh_and_is_hidden_with_it)
   apply(selection.selectAll());
   viewFromAbove(0, 0, 50.0);
   const auto orange = [&] {
-    visual->follow(picker.meshes());
+    visual->follow(picker.meshes(), selection);
     const Image image = grab();
     visual->setVisible(false);
     const Image without = grab();
@@ -278,10 +278,10 @@ TEST_F(SelectionVisualTest, it_follows_the_mesh_and_is_hidden_with_it)
   EXPECT_EQ(orange(), 100u);
   putFrame("hills", {{2.0, 0, 0}, {1, 0, 0, 0}});
   EXPECT_EQ(orange(), 100u);
-  visual->follow(picker.meshes());
+  visual->follow(picker.meshes(), selection);
   EXPECT_NE(grab().at(420, 240), grab().center()) << "where the mesh is now";
   display->setEnabled(false);
-  EXPECT_FALSE(visual->follow(picker.meshes()));
+  EXPECT_FALSE(visual->follow(picker.meshes(), selection));
   EXPECT_EQ(grab().count({48, 48, 48}), 640u * 480u);
   display->setEnabled(true);
   spinFrames();
@@ -309,7 +309,7 @@ TEST_F(SelectionVisualTest, many_faces_are_uploaded_in_slices_and_drawn_in_level
   EXPECT_LE(uploaded, 2 * mesh->faceCount() * FACE_BYTES);
   EXPECT_LE(largest, (std::size_t(1) << 20) + 8192 * 2 * FACE_BYTES);
   EXPECT_GE(slices, 5u);
-  visual->follow(picker.meshes());
+  visual->follow(picker.meshes(), selection);
   const auto save = [](const Image& image, const std::string& name) {
     image.save(osmesa_harness::resultsFolder() + "/selection_levels_" + name + ".png");
   };
@@ -361,7 +361,7 @@ TEST_F(SelectionVisualTest, many_faces_are_uploaded_in_slices_and_drawn_in_level
   std::size_t wrong = 0, right = 0;
   visual->setVisible(false);
   const Image near_plain = grab();
-  visual->follow(picker.meshes());
+  visual->follow(picker.meshes(), selection);
   for (int y = 4; y < near.height(); y += 8) {
     for (int x = 4; x < near.width(); x += 8) {
       const auto hit = picker.pick(mouse(x, y)).hit;

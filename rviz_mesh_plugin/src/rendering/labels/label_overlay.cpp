@@ -29,6 +29,7 @@ constexpr std::size_t FACE_LAYER = 2;
 void LabelOverlay::setMesh(const MeshDataConstPtr& mesh)
 {
   phantom_.reset();
+  hidden_.reset();
   labels_.clear();
   face_count_ = 0;
   waiting_.clear();
@@ -78,12 +79,26 @@ void LabelOverlay::setHidden(const HiddenFacesConstPtr& hidden)
   if (hidden == hidden_) {
     return;
   }
-  hidden_ = hidden;
-  for (auto& label : labels_) {
-    setFaces(label.second);
-    waiting_.insert(label.first);
+  const HiddenFacesConstPtr before = std::exchange(hidden_, hidden);
+  if (!vertices_.mesh()) {
+    return;  // it could not be uploaded
   }
-  setPhantom(phantom_shown_);
+  // To look at more faces takes as long as to have them drawn anew.
+  const auto differs = [&](const std::vector<std::uint32_t>& faces) {
+    return faces.size() > MANY_FACES ||
+           std::any_of(faces.begin(), faces.end(), [&](std::uint32_t face) {
+             return (before && before->contains(face)) != (hidden && hidden->contains(face));
+           });
+  };
+  for (auto& label : labels_) {
+    if (differs(label.second.cluster->faces)) {
+      setFaces(label.second);
+      waiting_.insert(label.first);
+    }
+  }
+  if (phantom_) {
+    setPhantomFaces();
+  }
 }
 
 void LabelOverlay::removeLabel(const std::string& label)
@@ -133,16 +148,21 @@ void LabelOverlay::setPhantom(bool shown)
     phantom_ = std::make_unique<LabelObject>(node(), vertices_, false);
     phantom_material_ = std::make_shared<LabelMaterial>(PHANTOM_COLOR, materials_.section());
     phantom_->useMaterial(phantom_material_);
-    FaceBits all(mesh->faceCount());
-    all.addAll();
-    if (hidden_) {
-      all.remove(hidden_->bits());
-    }
-    if (mesh->faceCount() > MANY_FACES) {
-      phantom_->setFaces(std::make_shared<const FaceBits>(std::move(all)));
-    } else {
-      phantom_->setFaces(std::make_shared<const IndexSlots::Faces>(all.faces()));
-    }
+    setPhantomFaces();
+  }
+}
+
+void LabelOverlay::setPhantomFaces()
+{
+  FaceBits all(vertices_.mesh()->faceCount());
+  all.addAll();
+  if (hidden_) {
+    all.remove(hidden_->bits());
+  }
+  if (all.size() > MANY_FACES) {
+    phantom_->setFaces(std::make_shared<const FaceBits>(std::move(all)));
+  } else {
+    phantom_->setFaces(std::make_shared<const IndexSlots::Faces>(all.faces()));
   }
 }
 

@@ -50,7 +50,7 @@ class LabelOverlay : public PlacedVisual
   void setAlpha(float alpha) { materials_.setAlpha(alpha); }
   /// What is drawn of them, and of the phantom, in the coordinates of the mesh.
   void setSection(const Section& section);
-  /// These faces of the mesh (null: none) are not drawn: those of another one are the next ones.
+  /// These faces of the mesh (null: none) are not drawn; of another mesh none is hidden at first.
   void setHidden(const HiddenFacesConstPtr& hidden);
   /// Draws the whole mesh, rgb .2/.3/.2, alpha .1.
   void setPhantom(bool shown);
@@ -77,6 +77,7 @@ class LabelOverlay : public PlacedVisual
   LabelObject* find(const std::string& label) const;
   void applyLook(const std::string& label);
   void setFaces(Label& label);
+  void setPhantomFaces();
   bool uploadSlice();
   std::size_t uploadLabels(std::size_t& left);
   void arrange(std::size_t& left);

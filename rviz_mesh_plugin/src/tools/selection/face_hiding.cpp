@@ -89,34 +89,36 @@ void FaceHiding::perform(Step step)
   for (const Change& change : step.changes) {
     setHiddenFaces(change.mesh, change.after);
   }
+  undone_.clear();
   done_.push_back(std::move(step));
   while (bytes() > bytes_ && done_.size() > 1) {
     done_.pop_front();
   }
 }
 
-std::string FaceHiding::undo()
+std::string FaceHiding::move(std::deque<Step>& from, std::deque<Step>& to, bool undo)
 {
-  if (!done_.empty()) {
-    for (const Change& change : done_.back().changes) {
-      setHiddenFaces(change.mesh, change.before);
-    }
-    undone_.push_back(std::move(done_.back()));
-    done_.pop_back();
+  if (from.empty()) {
+    return {};
   }
-  return {};
-}
-
-std::string FaceHiding::redo()
-{
-  if (!undone_.empty()) {
-    for (const Change& change : undone_.back().changes) {
-      setHiddenFaces(change.mesh, change.after);
+  Step step = std::move(from.back());
+  from.pop_back();
+  bool is_seen = false;
+  const auto meshes = picker_.meshes();
+  for (const Change& change : step.changes) {
+    if (hiddenFaces(change.mesh) != (undo ? change.after : change.before)) {
+      return "something else has been hidden or shown since, with another tool: this step is "
+             "forgotten";
     }
-    done_.push_back(std::move(undone_.back()));
-    undone_.pop_back();
+    is_seen = is_seen || std::any_of(meshes.begin(), meshes.end(), [&](const ShownMesh& shown) {
+                return MeshKey(*shown.mesh) == change.mesh;
+              });
   }
-  return {};
+  for (const Change& change : step.changes) {
+    setHiddenFaces(change.mesh, undo ? change.before : change.after);
+  }
+  to.push_back(std::move(step));
+  return is_seen ? "" : "faces of a mesh that is not shown now are hidden or shown again";
 }
 
 void FaceHiding::forgetUndoneBefore(std::uint64_t order)

@@ -46,9 +46,9 @@ class FaceHiding : public StepHistory
   std::uint64_t undoOrder() const override { return done_.empty() ? 0 : done_.back().order; }
   std::uint64_t redoOrder() const override { return undone_.empty() ? 0 : undone_.back().order; }
   std::string whyNotNow() const override { return {}; }
-  /// They tell nothing: what is hidden is seen.
-  std::string undo() override;
-  std::string redo() override;
+  /// Where something else has been hidden since, elsewhere, nothing is done.
+  std::string undo() override { return move(done_, undone_, true); }
+  std::string redo() override { return move(undone_, done_, false); }
   void forgetUndoneBefore(std::uint64_t order) override;
 
  private:
@@ -67,6 +67,7 @@ class FaceHiding : public StepHistory
 
   std::vector<ShownMesh> meshes() const;
   void perform(Step step);
+  std::string move(std::deque<Step>& from, std::deque<Step>& to, bool undo);
   std::size_t bytes() const;
 
   const SurfacePicker& picker_;

@@ -49,7 +49,7 @@ SearchTarget selectedTarget(const SurfacePicker& picker, const MeshDataConstPtr&
       return {{}, "the mesh is being prepared: try again in a moment"};
     }
   }
-  return {{}, "the mesh with the selected faces is hidden: enable its display"};
+  return {{}, "the mesh with the selected faces is not shown: enable its display"};
 }
 
 SearchTarget areaTarget(const SurfacePicker& picker, const MeshDataConstPtr& selected,

@@ -276,7 +276,13 @@ std::string SelectionEditor::takeFound(bool adding, const std::string& nothing, 
     return nothing;
   }
   return apply(found.mesh, adding, [&](FaceSelection& selection) -> const FaceSelection::Change& {
-    return adding ? selection.selectBits(found.faces) : selection.deselectBits(found.faces);
+    const HiddenFacesConstPtr hidden = adding ? hiddenFaces(*found.mesh) : nullptr;
+    if (!hidden) {
+      return adding ? selection.selectBits(found.faces) : selection.deselectBits(found.faces);
+    }
+    FaceBits seen = found.faces;  // some may have been hidden while they were looked for
+    seen.remove(hidden->bits());
+    return selection.selectBits(seen);
   });
 }
 
@@ -434,13 +440,10 @@ std::string SelectionEditor::replace(const MeshDataConstPtr& mesh,
   for (const LabelFacesConstPtr& some : faces) {
     count += some->size();
   }
-  const auto bits = [mesh, faces, hidden = hiddenFaces(*mesh)] {
+  const auto bits = [mesh, faces] {
     FaceBits all(mesh->faceCount());
     for (const LabelFacesConstPtr& some : faces) {
       all.add(*some);
-    }
-    if (hidden) {  // nobody would see what becomes of them
-      all.remove(hidden->bits());
     }
     return all;
   };

@@ -75,6 +75,7 @@ class SelectionEditor
   /// Those of them that are not selected, instead of those that are.
   std::string invert();
   /// @param faces of each of these
+  /// Also of those that are not shown, so that labels that are made of them lose nothing.
   std::string replace(const MeshDataConstPtr& mesh, const std::vector<LabelFacesConstPtr>& faces);
 
   /// Finds faces of a mesh; owns what it uses, and gives up soon after the flag is set.

@@ -167,8 +167,8 @@ void SelectionSession::follow(const std::vector<ShownMesh>& shown)
   if (!area()) {
     count();
   }
-  visual_.follow(shown);
   try {
+    visual_.follow(shown, selection_);
     visual_.upload();
   } catch (...) {
     visual_failed_ = true;

@@ -7,6 +7,7 @@
 #include <osmesa_harness/image.h>
 
 #include "base/hidden_faces.h"
+#include "selection/selection_visual.h"
 #include "selection_tool_fixture.h"
 
 using osmesa_harness::Image;
@@ -178,6 +179,7 @@ TEST_F(HidingTest, isolate_hides_the_others_and_keeps_the_selection)
   ASSERT_TRUE(drawn(0));
   EXPECT_TRUE(waitForStatus(of_storeys, "Hidden", "Warn", "nothing is drawn"));
   EXPECT_FALSE(picker.pick(mouse(320, 240)).hit);
+  EXPECT_NE(picker.pick(mouse(320, 240)).reason.find("Ctrl+H"), std::string::npos);
   key(Qt::Key_A, Qt::ControlModifier);
   ASSERT_TRUE(settle());
   EXPECT_TRUE(selected().empty()) << "there is nothing to be selected";
@@ -221,11 +223,6 @@ TEST_F(HidingTest, no_way_of_selecting_takes_it)
       [&] {
         tool->selectBy(mesh, rviz_mesh_plugin::HeightCriterion(),
                        rviz_mesh_plugin::Combination::REPLACE);
-      },
-      [&] {
-        Faces all(2 * STOREY);
-        std::iota(all.begin(), all.end(), 0);
-        EXPECT_EQ(tool->select(mesh, all), "");
       },
       [&] {
         choose("Mode", "Flood");
@@ -437,4 +434,86 @@ TEST_F(HidingTest, all_ways_of_coloring_leave_it_out)
   key(Qt::Key_Y, Qt::ControlModifier);
   ASSERT_TRUE(settle());
   EXPECT_TRUE(drawn(2 * STOREY));
+}
+
+/// Faces of labels, which may be assigned to these again, are not left out.
+TEST_F(HidingTest, what_is_selected_by_label_is_all_of_it_and_highlighted_where_it_is_shown)
+{
+  showStoreys();
+  hideRoof();
+  Faces all(2 * STOREY);
+  std::iota(all.begin(), all.end(), 0);
+  ASSERT_EQ(tool->select(mesh, all), "");
+  ASSERT_TRUE(settle());
+  EXPECT_EQ(selected(), all);
+  const auto highlighted = [&](std::size_t count) {
+    return spinUntil([&] {
+      grab();
+      return tool->visual()->isCurrent() && tool->visual()->facesDrawn() == count;
+    });
+  };
+  EXPECT_TRUE(highlighted(STOREY)) << tool->visual()->facesDrawn();
+  key(Qt::Key_H, Qt::ControlModifier);
+  ASSERT_TRUE(settle());
+  EXPECT_TRUE(highlighted(2 * STOREY)) << tool->visual()->facesDrawn();
+  EXPECT_EQ(selected(), all);
+}
+
+TEST_F(HidingTest, what_was_looked_for_before_it_was_hidden_is_not_selected)
+{
+  showStoreys();
+  choose("Selection", "Visible Only");
+  selectRoof();
+  key(Qt::Key_H);  // is made ready on the thread,
+  drag({A, B});    // which then looks for this, as it was drawn before
+  ASSERT_TRUE(settle());
+  EXPECT_EQ(hidden(), STOREY);
+  EXPECT_EQ(ofRoof(), 0u);
+}
+
+/// Rays that meet hidden faces go on; all else is as without any.
+TEST_F(HidingTest, what_is_seen_does_not_depend_on_what_is_hidden_elsewhere)
+{
+  showStoreys();
+  choose("Selection", "Visible Only");
+  choose("Mode", "Lasso");
+  drag(LASSO);
+  ASSERT_TRUE(settle());
+  const Faces seen = selected();
+  ASSERT_GT(seen.size(), 100u);
+  ASSERT_EQ(tool->select(mesh, {0}), "");  // of the floor, in a corner
+  key(Qt::Key_H);
+  ASSERT_TRUE(settle());
+  ASSERT_EQ(hidden(), 1u);
+  drag(LASSO);
+  ASSERT_TRUE(settle());
+  EXPECT_EQ(selected(), seen);
+}
+
+TEST_F(HidingTest, a_step_is_not_undone_over_what_another_tool_has_hidden)
+{
+  showStoreys();
+  hideRoof();
+  const auto other = std::make_shared<const rviz_mesh_plugin::HiddenFaces>(
+      rviz_mesh_plugin::FaceBits(mesh->faceCount(), {1, 2, 3}));
+  rviz_mesh_plugin::setHiddenFaces(*mesh, other);
+  key(Qt::Key_Z, Qt::ControlModifier);
+  ASSERT_TRUE(settle());
+  EXPECT_EQ(hiddenFaces(*mesh), other);
+  EXPECT_TRUE(says("with another tool: this step is forgotten")) << said.toStdString();
+  key(Qt::Key_Y, Qt::ControlModifier);
+  ASSERT_TRUE(settle());
+  EXPECT_EQ(hiddenFaces(*mesh), other);
+}
+
+TEST_F(HidingTest, undoing_it_on_a_mesh_that_is_not_shown_says_so)
+{
+  Display* shown_by = showStoreys();
+  hideRoof();
+  shown_by->setEnabled(false);
+  key(Qt::Key_Z, Qt::ControlModifier);
+  ASSERT_TRUE(settle());
+  EXPECT_EQ(hidden(), 0u);
+  EXPECT_TRUE(says("Faces of a mesh that is not shown now are hidden or shown again"))
+      << said.toStdString();
 }

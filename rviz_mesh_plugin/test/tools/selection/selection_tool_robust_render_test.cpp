@@ -211,7 +211,7 @@ TEST_F(SelectionToolRobustTest, the_selection_outlives_other_tools_and_hiding)
   EXPECT_EQ(selected(), before);
   tool->activate();
   drag({A, B}, Qt::RightButton);
-  EXPECT_TRUE(says("is hidden")) << said.toStdString();
+  EXPECT_TRUE(says("is not shown")) << said.toStdString();
   display->setEnabled(true);
   spinFrames();
   drag({A, B}, Qt::RightButton);

@@ -27,8 +27,8 @@ OUTCOME = re.compile(r"goal \(([-\d., ]+)\) in 'map': (\w+) \(\d+\)")
 
 
 class RvizSimulation(unittest.TestCase):
-    def setUp(self):
-        stack = self.stack = ExitStack()
+    def start(self, *arguments):
+        stack = ExitStack()
         self.addCleanup(stack.close)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         path = self.write_map(folder / "map.h5")
@@ -39,10 +39,8 @@ class RvizSimulation(unittest.TestCase):
         self.master = ServerProxy(environment["ROS_MASTER_URI"])
         self.environment = stack.enter_context(environment_of(BackEnd.XVFB, environment))
         launch = ["roslaunch", "-p", str(port), "mesh_navigation", "simulation.launch"]
-        arguments = [f"map_file:={path}", "rviz:=true", "initial_pose:=[-1, 0, 0, 0]"]
-        self.child = stack.enter_context(
-            process("simulation", launch + arguments, folder, self.environment)
-        )
+        launch += [f"map_file:={path}", "rviz:=true", "initial_pose:=[-1, 0, 0, 0]", *arguments]
+        self.child = stack.enter_context(process("simulation", launch, folder, self.environment))
 
     @staticmethod
     def write_map(path):
@@ -100,9 +98,16 @@ class RvizSimulation(unittest.TestCase):
         self.wait(lambda: len(OUTCOME.findall(self.log())) > before, "an outcome")
         return OUTCOME.findall(self.log())[-1][1]
 
-    def test_a_goal_from_click_to_outcome_and_a_server_that_hangs_and_dies(self):
+    def wait_until_ready(self):
         self.wait(lambda: self.count(LETHAL, panel=False) > 500, "the map with its lethal ground")
         self.wait(lambda: self.count(GOOD) > 30, "a server that is ready")
+
+    def complaints(self):
+        return [line for line in self.log().splitlines() if COMPLAINT.search(line)]
+
+    def test_a_goal_from_click_to_outcome_and_a_server_that_hangs_and_dies(self):
+        self.start()
+        self.wait_until_ready()
         # Beside the middle, where the robot is, the ground is free.
         self.assertEqual(self.outcome_of_next(800, 400), "SUCCESS")
         self.wait(lambda: self.count(GOOD) > 200, "the outcome on the panel")
@@ -122,8 +127,15 @@ class RvizSimulation(unittest.TestCase):
         self.wait(lambda: self.count(BAD) > before + 30, "that it is gone")
         rviz = self.pid("/mesh_rviz")
         os.kill(rviz, 0)
-        found = [line for line in self.log().splitlines() if COMPLAINT.search(line)]
-        self.assertEqual(found, [])
+        self.assertEqual(self.complaints(), [])
+
+    def test_a_server_of_another_name_is_seen_and_gets_the_goals(self):
+        self.start("node_name:=robot_2")
+        self.wait_until_ready()
+        self.assertEqual(self.outcome_of_next(800, 400), "SUCCESS")
+        self.wait(lambda: self.count(GOOD) > 200, "the outcome on the panel")
+        self.pid("/robot_2")
+        self.assertEqual(self.complaints(), [])
 
 
 if __name__ == "__main__":
