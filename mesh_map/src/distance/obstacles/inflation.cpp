@@ -78,9 +78,12 @@ std::vector<std::uint32_t> withNeighbors(const FastMarchingMesh& mesh,
 {
   std::vector<std::uint32_t> result(vertices.begin(), vertices.end());
   for (const std::uint32_t v : vertices) {
+    const bool is_closed = mesh.isClosed(v);  // then each b is an a, too
     for (const FastMarchingCorner& corner : mesh.corners(v)) {
       result.push_back(corner.a);
-      result.push_back(corner.b);
+      if (!is_closed) {
+        result.push_back(corner.b);
+      }
     }
   }
   makeUnique(result);

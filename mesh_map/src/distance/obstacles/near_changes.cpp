@@ -12,27 +12,10 @@ constexpr float INFINITE = std::numeric_limits<float>::infinity();
 /// What lies as close together as this part of the reach is one box.
 constexpr double BOX_SIZE = 0.125;
 
+/// There are no more regions than this.
+constexpr std::size_t MOST_REGIONS = 64;
+
 }  // namespace
-
-void NearChanges::Box::add(const Box& other)
-{
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    lowest[axis] = std::min(lowest[axis], other.lowest[axis]);
-    highest[axis] = std::max(highest[axis], other.highest[axis]);
-  }
-}
-
-double NearChanges::Box::squaredDistance(const PackedPosition& p) const
-{
-  const Corner place = cornerOf(p);
-  double sum = 0.0;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    const double gap =
-        std::max({0.0, double{lowest[axis]} - place[axis], double{place[axis]} - highest[axis]});
-    sum += gap * gap;
-  }
-  return sum;
-}
 
 /// A number of the cell of a point, or of one beside it. Different cells may share one, which costs
 /// a little time.
@@ -51,13 +34,16 @@ NearChanges::NearChanges(const FastMarchingMesh& mesh, const std::vector<std::ui
       reach_(reach),
       all_{{INFINITE, INFINITE, INFINITE}, {-INFINITE, -INFINITE, -INFINITE}}
 {
-  std::unordered_map<std::uint64_t, Box> boxes;
+  const auto isEver = [&](std::uint32_t v) {
+    return lethal[v] != 0 || std::binary_search(changed.begin(), changed.end(), v);
+  };
+  std::unordered_map<std::uint64_t, VertexBox> boxes;
   for (const std::uint32_t v : changed) {
     const Corner place = cornerOf(mesh.position(v));
-    Box box{place, place};
+    VertexBox box{place, place};
     for (const FastMarchingCorner& corner : mesh.corners(v)) {
       for (const std::uint32_t u : {corner.a, corner.b}) {
-        if (lethal[u] != 0) {
+        if (isEver(u)) {
           const Corner other = cornerOf(mesh.position(u));
           box.add({other, other});
         }
@@ -66,6 +52,7 @@ NearChanges::NearChanges(const FastMarchingMesh& mesh, const std::vector<std::ui
     boxes.emplace(cell(place, BOX_SIZE * reach), box).first->second.add(box);
     all_.add(box);
   }
+  findRegions(boxes);
   double widest = 0.0;
   for (const auto& entry : boxes) {
     for (unsigned axis = 0; axis < 3; ++axis) {
@@ -84,15 +71,34 @@ NearChanges::NearChanges(const FastMarchingMesh& mesh, const std::vector<std::ui
   }
 }
 
+/// What lies in one cell is one region; cells are as large as it takes for few of them.
+void NearChanges::findRegions(const std::unordered_map<std::uint64_t, VertexBox>& boxes)
+{
+  std::unordered_map<std::uint64_t, VertexBox> regions;
+  for (double size = reach_; regions.empty() || regions.size() > MOST_REGIONS; size *= 2.0) {
+    regions.clear();
+    for (const auto& entry : boxes) {
+      regions.emplace(cell(entry.second.lowest, size), entry.second)
+          .first->second.add(entry.second);
+    }
+  }
+  for (const auto& entry : regions) {
+    regions_.push_back(entry.second);
+  }
+}
+
 double NearChanges::distance(std::uint32_t v) const
 {
-  const PackedPosition& p = mesh_.position(v);
+  const Corner p = cornerOf(mesh_.position(v));
+  const VertexBox place{p, p};
   double squared = std::numeric_limits<double>::infinity();
-  if (all_.squaredDistance(p) <= reach_ * reach_) {
-    const auto found = near_.find(cell(cornerOf(p), cell_size_));
+  if (all_.squaredDistance(place) <= reach_ * reach_) {
+    const auto found = near_.find(cell(p, cell_size_));
     if (found != near_.end()) {
-      for (const Box& box : found->second) {
-        squared = std::min(squared, box.squaredDistance(p));
+      const double enough = 0.25 * reach_ * reach_;
+      for (auto box = found->second.begin(); box != found->second.end() && squared > enough;
+           ++box) {
+        squared = std::min(squared, box->squaredDistance(place));
       }
     }
   }

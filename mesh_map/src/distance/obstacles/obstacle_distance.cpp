@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -19,6 +20,26 @@ constexpr float INFINITE = std::numeric_limits<float>::infinity();
 /// Parts are at least this many times as wide as the maximum distance: what is that near is solved
 /// with both.
 constexpr double PART_WIDTH = 16.0;
+
+/// Where one of two rows of flags is set, and the other one is not: ascending.
+std::vector<std::uint32_t> differences(ArrayView<std::uint8_t> one,
+                                       const std::vector<std::uint8_t>& other)
+{
+  std::vector<std::uint32_t> found;
+  constexpr std::size_t AT_A_TIME = 64;
+  for (std::size_t begin = 0; begin < one.size(); begin += AT_A_TIME) {
+    const std::size_t end = std::min(begin + AT_A_TIME, one.size());
+    if (std::memcmp(one.data() + begin, other.data() + begin, end - begin) == 0) {
+      continue;
+    }
+    for (std::size_t v = begin; v < end; ++v) {
+      if ((one[v] != 0) != (other[v] != 0)) {
+        found.push_back(static_cast<std::uint32_t>(v));
+      }
+    }
+  }
+  return found;
+}
 
 }  // namespace
 
@@ -166,23 +187,16 @@ std::vector<std::uint32_t> ObstacleDistance::update(ArrayView<std::uint8_t> leth
     std::iota(changed.begin(), changed.end(), 0u);
     return changed;
   }
-  std::vector<std::uint32_t> flipped;
-  for (std::size_t v = 0; v < lethal_.size(); ++v) {
-    if ((lethal[v] != 0) != (lethal_[v] != 0)) {
-      flipped.push_back(static_cast<std::uint32_t>(v));
-    }
-  }
+  const std::vector<std::uint32_t> flipped = differences(lethal, lethal_);
   if (flipped.empty()) {
     return changed;
   }
   const auto most = static_cast<std::size_t>(most_share * static_cast<double>(lethal_.size()));
   known_ = false;  // should memory run out
-  std::vector<std::uint8_t> ever = lethal_;
   for (const std::uint32_t v : flipped) {
     lethal_[v] = lethal[v];
-    ever[v] = 1;
   }
-  if (flipped.size() > most || !solveAround(flipped, ever, most, changed)) {
+  if (flipped.size() > most || !solveAround(flipped, most, changed)) {
     return computeAnew(lethal);
   }
   known_ = true;
@@ -206,8 +220,7 @@ std::vector<std::uint32_t> ObstacleDistance::computeAnew(ArrayView<std::uint8_t>
 
 /// Solves what lies within the maximum distance of changes, which nothing else can be reached by.
 /// False where that is more than `most` vertices; then nothing has been done.
-bool ObstacleDistance::solveAround(const std::vector<std::uint32_t>& flipped,
-                                   const std::vector<std::uint8_t>& ever, std::size_t most,
+bool ObstacleDistance::solveAround(const std::vector<std::uint32_t>& flipped, std::size_t most,
                                    std::vector<std::uint32_t>& changed)
 {
   if (!(2.0 * max_distance_ < std::numeric_limits<float>::max())) {
@@ -215,7 +228,7 @@ bool ObstacleDistance::solveAround(const std::vector<std::uint32_t>& flipped,
   }
   // Straight-line distances are rounded in another way than those along the surface.
   const double reach = max_distance_ * (1.0 + 1e-5);
-  const NearChanges near(*mesh_, flipped, ever, 2.0 * reach);
+  const NearChanges near(*mesh_, flipped, lethal_, 2.0 * reach);
   gaps_.resize(lethal_.size(), max_distance_ * 1.00001f);
   parts_.sort();
   for (const std::uint32_t v : flipped) {
@@ -226,19 +239,24 @@ bool ObstacleDistance::solveAround(const std::vector<std::uint32_t>& flipped,
     if (!near.isNear(parts_, part, longest_)) {
       continue;
     }
-    for (const std::uint32_t v : parts_.vertices(part)) {
-      if (lethal_[v] != 0 && isAtBorder(v)) {
-        border.push_back(v);
+    parts_.forEachBlock(part, [&](const VertexBox& box, ArrayView<std::uint32_t> vertices) {
+      if (!near.isNear(box, longest_)) {
+        return;
       }
-      const double distance = near.distance(v);
-      if (distance <= 2.0 * reach) {
-        gaps_[v] = static_cast<float>(std::max(0.0, distance - reach));
-        around.push_back(v);
-        if (distance <= reach) {
-          wanted.push_back(v);
+      for (const std::uint32_t v : vertices) {
+        if (lethal_[v] != 0 && isAtBorder(v)) {
+          border.push_back(v);
+        }
+        const double distance = near.distance(v);
+        if (distance <= 2.0 * reach) {
+          gaps_[v] = static_cast<float>(std::max(0.0, distance - reach));
+          around.push_back(v);
+          if (distance <= reach) {
+            wanted.push_back(v);
+          }
         }
       }
-    }
+    });
   }
   const bool is_possible = wanted.size() <= most;
   if (is_possible) {

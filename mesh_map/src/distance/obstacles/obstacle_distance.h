@@ -58,8 +58,8 @@ class ObstacleDistance
   void clear(unsigned threads);
   bool isAtBorder(std::uint32_t v) const;
   double longestObstacle(std::uint32_t v) const;
-  bool solveAround(const std::vector<std::uint32_t>& flipped, const std::vector<std::uint8_t>& ever,
-                   std::size_t most, std::vector<std::uint32_t>& changed);
+  bool solveAround(const std::vector<std::uint32_t>& flipped, std::size_t most,
+                   std::vector<std::uint32_t>& changed);
   std::vector<std::uint32_t> computeAnew(ArrayView<std::uint8_t> lethal);
   bool take(std::uint32_t v, const WindowPropagation& solved);
   Vector3 sourceDirection(std::uint32_t v) const;

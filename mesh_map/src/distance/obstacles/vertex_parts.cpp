@@ -3,6 +3,7 @@
 #include <mesh_map/base/parallel.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace mesh_map {
@@ -72,6 +73,30 @@ void VertexParts::sort()
   for (std::size_t v = 0; v < count; ++v) {
     order_[next[of[v]]++] = static_cast<std::uint32_t>(v);
   }
+  findBoxes();
+}
+
+void VertexParts::findBoxes()
+{
+  constexpr float FAR = std::numeric_limits<float>::infinity();
+  first_boxes_ = {0};
+  for (std::size_t part = 0; part < size(); ++part) {
+    first_boxes_.push_back(first_boxes_.back() +
+                           (begins_[part + 1] - begins_[part] + BLOCK - 1) / BLOCK);
+  }
+  boxes_.assign(first_boxes_.back(), {{FAR, FAR, FAR}, {-FAR, -FAR, -FAR}});
+  parallelEach(size(), 1, 0, [this](std::size_t part) {
+    VertexBox* box = boxes_.data() + first_boxes_[part];
+    forEachBlock(part, [&](const VertexBox&, ArrayView<std::uint32_t> vertices) {
+      for (const std::uint32_t v : vertices) {
+        const PackedPosition& p = mesh_.position(v);
+        const bool is_somewhere = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+        box->add(is_somewhere ? VertexBox{{p.x, p.y, p.z}, {p.x, p.y, p.z}}
+                              : VertexBox{{-FAR, -FAR, -FAR}, {FAR, FAR, FAR}});
+      }
+      ++box;
+    });
+  });
 }
 
 }  // namespace mesh_map

@@ -14,6 +14,32 @@
 
 namespace mesh_map {
 
+/// An axis-parallel box.
+struct VertexBox
+{
+  std::array<float, 3> lowest, highest;
+
+  void add(const VertexBox& other)
+  {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      lowest[axis] = std::min(lowest[axis], other.lowest[axis]);
+      highest[axis] = std::max(highest[axis], other.highest[axis]);
+    }
+  }
+
+  /// Squared, of what is nearest to each other.
+  double squaredDistance(const VertexBox& other) const
+  {
+    double sum = 0.0;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const double gap = std::max({0.0, double{lowest[axis]} - other.highest[axis],
+                                   double{other.lowest[axis]} - highest[axis]});
+      sum += gap * gap;
+    }
+    return sum;
+  }
+};
+
 /// The vertices of a mesh in slabs across its longest axis, each small enough for caches.
 class VertexParts
 {
@@ -70,8 +96,23 @@ class VertexParts
   {
     return {order_.data() + begins_[part], begins_[part + 1] - begins_[part]};
   }
+  /// Calls visit(box, vertices) for all of a part, in blocks of what comes after each other; after
+  /// sort().
+  template <class Visit>
+  void forEachBlock(std::size_t part, const Visit& visit) const
+  {
+    const VertexBox* box = boxes_.data() + first_boxes_[part];
+    for (std::size_t begin = begins_[part]; begin < begins_[part + 1]; begin += BLOCK) {
+      const std::size_t end = std::min(begin + BLOCK, begins_[part + 1]);
+      visit(*box++, ArrayView<std::uint32_t>{order_.data() + begin, end - begin});
+    }
+  }
 
  private:
+  /// Vertices whose box is looked at before them.
+  static constexpr std::size_t BLOCK = 64;
+
+  void findBoxes();
   float coordinate(std::uint32_t v) const
   {
     const PackedPosition& p = mesh_.position(v);
@@ -88,7 +129,9 @@ class VertexParts
   unsigned axis_ = 0;
   std::vector<float> cuts_;  // between parts, ascending: each belongs to the part above it
   LargeArray<std::uint32_t> order_;
-  std::vector<std::size_t> begins_;  // of the parts, in order_, and its end
+  std::vector<std::size_t> begins_;       // of the parts, in order_, and its end
+  std::vector<VertexBox> boxes_;          // of the blocks
+  std::vector<std::size_t> first_boxes_;  // of the parts
 };
 
 }  // namespace mesh_map
