@@ -19,7 +19,8 @@ namespace {
 /// Thinner faces (sine of the angle between two sides, squared) have no direction.
 constexpr double NO_AREA = 1e-20;
 
-/// Labels and slowness, where the latter may be 1 everywhere.
+/// Labels and slowness; without costs the latter is 1 everywhere.
+template <bool HAS_COSTS>
 class FieldValues
 {
  public:
@@ -31,10 +32,7 @@ class FieldValues
   }
 
   double label(std::uint32_t v) const { return labels_[v]; }
-  double slowness(std::uint32_t v) const
-  {
-    return slowness_ != nullptr ? double{slowness_[v]} : 1.0;
-  }
+  double slowness(std::uint32_t v) const { return HAS_COSTS ? double{slowness_[v]} : 1.0; }
 
   /// Open, and the front came there.
   bool isReached(std::uint32_t v) const { return isUpTo(v, std::numeric_limits<double>::max()); }
@@ -42,14 +40,13 @@ class FieldValues
 
   double meanSlowness(std::uint32_t a, std::uint32_t b, std::uint32_t c) const
   {
-    return slowness_ != nullptr ? (slowness(a) + slowness(b) + slowness(c)) * (1.0 / 3.0) : 1.0;
+    return HAS_COSTS ? (slowness(a) + slowness(b) + slowness(c)) * (1.0 / 3.0) : 1.0;
   }
 
  private:
   bool isUpTo(std::uint32_t v, double most) const
   {
-    return labels_[v] >= 0.0 && labels_[v] <= most &&
-           (slowness_ == nullptr || std::isfinite(slowness_[v]));
+    return labels_[v] >= 0.0 && labels_[v] <= most && (!HAS_COSTS || std::isfinite(slowness_[v]));
   }
 
   const double* labels_;
@@ -67,6 +64,17 @@ inline void storeUnit(const Vector3& vector, double least, float* out)
   }
 }
 
+/// Calls body(values) with what the field holds.
+template <class Body>
+void withValues(const SurfaceField& field, const Body& body)
+{
+  if (field.slowness.data() != nullptr) {
+    body(FieldValues<true>(field));
+  } else {
+    body(FieldValues<false>(field));
+  }
+}
+
 constexpr double FAR = std::numeric_limits<double>::infinity();
 
 /// Vertices or faces that a thread takes at once.
@@ -77,10 +85,12 @@ constexpr double ACROSS = 1e-6;
 
 /// Of the ways down from one vertex, that whose potential is nearest to its label: where the front
 /// went straight through all faces, the lowest.
+template <bool HAS_COSTS>
 class VertexDirection
 {
  public:
-  VertexDirection(const FieldValues& values, const FastMarchingMesh& mesh, std::uint32_t v)
+  VertexDirection(const FieldValues<HAS_COSTS>& values, const FastMarchingMesh& mesh,
+                  std::uint32_t v)
       : values_(values), mesh_(mesh), v_(v), label_(values.label(v)), squared_(label_ * label_)
   {
   }
@@ -179,7 +189,7 @@ class VertexDirection
     }
   }
 
-  const FieldValues& values_;
+  const FieldValues<HAS_COSTS>& values_;
   const FastMarchingMesh& mesh_;
   std::uint32_t v_;
   double label_, squared_;
@@ -195,13 +205,14 @@ void storeAcross(const Vector3& way, const float* normal, float* out)
 }
 
 /// Where the goal is within a face, straight to it.
+template <bool HAS_COSTS>
 void storeAtGoal(const FieldSurface& surface, const FastMarchingMesh& front,
-                 const SurfaceField& field, ArrayView<float> normals, LargeArray<float>& directions)
+                 const FieldValues<HAS_COSTS>& values, std::uint32_t goal_face,
+                 ArrayView<float> normals, LargeArray<float>& directions)
 {
-  const FieldValues values(field);
   const auto store = [&](std::uint32_t face, std::uint32_t v) {
     const Vector3 way = surface.goal().position - surface.position(v);
-    VertexDirection found(values, front, v);
+    VertexDirection<HAS_COSTS> found(values, front, v);
     found.lookAround();
     found.lookTo(way, 0.5 * (values.slowness(v) + surface.goalSlowness(face)) * norm(way));
     storeAcross(found.direction(), normals.data() + 3 * std::size_t{v},
@@ -210,7 +221,7 @@ void storeAtGoal(const FieldSurface& surface, const FastMarchingMesh& front,
   for (std::size_t k = 0; k < 3; ++k) {
     FieldPlace corner;
     corner.kind = FieldPlace::VERTEX;
-    corner.a = surface.corner(field.goal_face, k);
+    corner.a = surface.corner(goal_face, k);
     surface.forFacesAt(corner, [&](std::uint32_t face) {
       for (std::size_t i = 0; i < 3 && surface.isGoalIn(face); ++i) {
         if (values.isFinal(surface.corner(face, i))) {
@@ -231,19 +242,21 @@ LargeArray<float> vertexDirections(const TraceMesh& mesh, const FastMarchingMesh
               normals.size() == mesh.mesh.positions.size(),
           "the corners or normals are of another mesh");
   LargeArray<float> directions(mesh.mesh.positions.size());
-  const auto one = [&, values = FieldValues(field)](std::size_t i) {
-    const auto v = static_cast<std::uint32_t>(i);
-    VertexDirection found(values, front, v);
-    if (values.isFinal(v)) {
-      found.lookAround();
+  withValues(field, [&](auto values) {
+    const auto one = [&, values](std::size_t i) {
+      const auto v = static_cast<std::uint32_t>(i);
+      VertexDirection found(values, front, v);
+      if (values.isFinal(v)) {
+        found.lookAround();
+      }
+      storeAcross(found.direction(), normals.data() + 3 * i, directions.data() + 3 * i);
+    };
+    parallelEach(front.vertexCount(), CHUNK, threads, one);
+    const FieldSurface surface(mesh, field);
+    if (surface.hasGoal()) {
+      storeAtGoal(surface, front, values, field.goal_face, normals, directions);
     }
-    storeAcross(found.direction(), normals.data() + 3 * i, directions.data() + 3 * i);
-  };
-  parallelEach(front.vertexCount(), CHUNK, threads, one);
-  const FieldSurface surface(mesh, field);
-  if (surface.hasGoal()) {
-    storeAtGoal(surface, front, field, normals, directions);
-  }
+  });
   return directions;
 }
 
@@ -252,7 +265,9 @@ namespace {
 /// Against the gradient, from where the labels of all three corners say that the source lies: the
 /// point of the plane (by trilateration) for
 /// which the differences of the squared distances are those of the labels.
-void storeAtFace(const FieldValues& values, const MeshView& mesh, std::size_t face, float* out)
+template <bool HAS_COSTS>
+void storeAtFace(const FieldValues<HAS_COSTS>& values, const MeshView& mesh, std::size_t face,
+                 float* out)
 {
   const std::uint32_t* const v = mesh.faces.data() + 3 * face;
   out[0] = out[1] = out[2] = 0.0f;
@@ -282,10 +297,12 @@ void storeAtFace(const FieldValues& values, const MeshView& mesh, std::size_t fa
 LargeArray<float> faceDirections(const TraceMesh& mesh, const SurfaceField& field, unsigned threads)
 {
   LargeArray<float> directions(mesh.mesh.faces.size());
-  const auto one = [&, values = FieldValues(field)](std::size_t face) {
-    storeAtFace(values, mesh.mesh, face, directions.data() + 3 * face);
-  };
-  parallelEach(mesh.mesh.faceCount(), CHUNK, threads, one);
+  withValues(field, [&](auto values) {
+    const auto one = [&, values](std::size_t face) {
+      storeAtFace(values, mesh.mesh, face, directions.data() + 3 * face);
+    };
+    parallelEach(mesh.mesh.faceCount(), CHUNK, threads, one);
+  });
   return directions;
 }
 
