@@ -64,6 +64,27 @@ WindowPropagation::WindowPropagation(const FastMarchingMesh& mesh, double max_di
 {
 }
 
+/// Asks for the memory of vertices that are popped soon. Inlined: see
+/// FastMarchingUpdate::prefetch().
+[[gnu::always_inline]] inline void WindowPropagation::prefetch() const
+{
+  const auto vertexAfter = [this](std::size_t count) {
+    const std::uint32_t entry = queue_.peek(count);
+    return entry != NO_INDEX && entry >= VERTEX ? entry - VERTEX : NO_INDEX;
+  };
+  const std::uint32_t latest = vertexAfter(LATEST), later = vertexAfter(LATER);
+  const std::uint32_t soon = vertexAfter(SOON);
+  if (latest != NO_INDEX) {
+    prefetchVertex(latest);
+  }
+  if (later != NO_INDEX) {
+    mesh_.prefetchCorners(later);
+  }
+  if (soon != NO_INDEX) {
+    prefetchAround(soon);
+  }
+}
+
 bool WindowPropagation::run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint32_t> obstacles,
                             const WindowScope& scope, const std::atomic<bool>* cancel)
 {
@@ -94,6 +115,7 @@ bool WindowPropagation::run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint3
   }
   DistanceEntry entry;
   for (std::uint32_t steps = 1; queue_.pop(entry); ++steps) {
+    prefetch();
     if (entry.vertex >= VERTEX) {
       const std::uint32_t v = entry.vertex - VERTEX;
       if (entry.distance == distanceOf(labels_[v])) {

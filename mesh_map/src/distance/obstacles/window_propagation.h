@@ -140,6 +140,40 @@ class WindowPropagation
     return dot(side, side);
   }
 
+  void prefetch() const;
+  /// Calls visit(v) for each, while the memory of those that follow is fetched.
+  template <class Visit>
+  void forEachFetched(ArrayView<std::uint32_t> vertices, const Visit& visit) const
+  {
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      if (i + LATEST < vertices.size()) {
+        prefetchVertex(vertices[i + LATEST]);
+      }
+      if (i + LATER < vertices.size()) {
+        mesh_.prefetchCorners(vertices[i + LATER]);
+      }
+      if (i + SOON < vertices.size()) {
+        prefetchAround(vertices[i + SOON]);
+      }
+      visit(vertices[i]);
+    }
+  }
+  [[gnu::always_inline]] void prefetchVertex(std::uint32_t v) const
+  {
+    mesh_.prefetchRow(v);
+    mesh_.prefetchVertex(v);
+  }
+  [[gnu::always_inline]] void prefetchAround(std::uint32_t v) const
+  {
+    for (const FastMarchingCorner& corner : mesh_.corners(v)) {
+      prefetchVertex(corner.a);
+      __builtin_prefetch(&labels_[corner.a]);
+    }
+  }
+
+  /// How many vertices ahead memory is asked for, which is read in this order.
+  static constexpr std::size_t LATEST = 12, LATER = 8, SOON = 4;
+
   const FastMarchingMesh& mesh_;
   double max_distance_;
   ArrayView<std::uint8_t> lethal_;

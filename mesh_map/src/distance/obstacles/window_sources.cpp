@@ -50,18 +50,14 @@ bool WindowPropagation::mayLeave(std::uint32_t v, double offset) const
 void WindowPropagation::start(ArrayView<std::uint32_t> obstacles)
 {
   starts_.clear();
-  for (const std::uint32_t v : obstacles) {
+  forEachFetched(obstacles, [this](std::uint32_t v) {
     if (isInScope(v)) {
       starts_.push_back(v);
       offerAlongEdges(v, 0.0);
     }
-  }
-  for (const std::uint32_t v : starts_) {
-    startStrips(v);
-  }
-  for (const std::uint32_t v : starts_) {
-    startCones(v, 0.0);
-  }
+  });
+  forEachFetched({starts_.data(), starts_.size()}, [this](std::uint32_t v) { startStrips(v); });
+  forEachFetched({starts_.data(), starts_.size()}, [this](std::uint32_t v) { startCones(v, 0.0); });
 }
 
 /// From the edges between a lethal vertex and others with larger indices into faces with a third
