@@ -297,6 +297,25 @@ namespace {
 /// Of more changes than a part of the field, it is made anew.
 constexpr std::size_t CHANGES_FOR_NEW_FIELD = 16;
 
+/// How many different ones of this many vertices there are among some. Many are not sorted for
+/// that.
+std::size_t distinct(std::vector<std::uint32_t>& vertices, std::size_t count)
+{
+  if (vertices.size() < count / 1024) {
+    makeUnique(vertices);
+    return vertices.size();
+  }
+  std::vector<std::uint64_t> seen(count / 64 + 1);
+  for (const std::uint32_t v : vertices) {
+    seen[v / 64] |= std::uint64_t{1} << v % 64;
+  }
+  std::size_t found = 0;
+  for (const std::uint64_t bits : seen) {
+    found += static_cast<std::size_t>(__builtin_popcountll(bits));
+  }
+  return found;
+}
+
 /// Vertices whose seed is in one list and not in the other.
 void addDifference(const std::vector<FastMarchingSeed>& one,
                    const std::vector<FastMarchingSeed>& other, std::vector<std::uint32_t>& vertices)
@@ -366,8 +385,7 @@ bool FastMarchingField::mend(ArrayView<float> slowness, ArrayView<std::uint32_t>
   buffers_->is_in_repair = false;
   buffers_->ranks.clear();
   is_mended_ = true;
-  makeUnique(changed_);
-  done.count = changed_.size();
+  done.count = distinct(changed_, mesh.vertexCount());
   changed_.clear();
   if (buffers_->touched.size() > mesh.vertexCount()) {
     makeUnique(buffers_->touched);

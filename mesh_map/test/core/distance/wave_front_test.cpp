@@ -285,6 +285,36 @@ TEST(WaveFront, ALittleChangeIsLittleWork)
   EXPECT_EQ(field->labels()[1860], 0.0);
 }
 
+/// Few or many: those that have other labels, and hardly more, each once.
+TEST(WaveFront, CountsEachLabelThatAChangeHasChangedOnce)
+{
+  const Fronts fronts(plane(120, 0.24));
+  for (const unsigned width : {1u, 60u}) {
+    Slowness slowness(fronts.sample.size(), 1.0f);
+    const auto field = fronts.start(60, slowness);
+    ASSERT_TRUE(field->extend(slowness, {}));
+    std::vector<std::uint32_t> changed;
+    for (std::uint32_t j = 0; j < width; ++j) {
+      changed.push_back((width > 1 ? 100 : 120) * 121 + 30 + j);  // the last row has nothing behind
+    }
+    for (const float value : {1.5f, 1.0f}) {
+      const std::vector<double> before(field->labels().begin(), field->labels().end());
+      for (const std::uint32_t v : changed) {
+        slowness[v] = value;
+      }
+      const auto update = field->update({{60, 0.0}}, slowness, changed, nullptr);
+      std::size_t differing = 0;
+      for (std::uint32_t v = 0; v < slowness.size(); ++v) {
+        differing += field->labels()[v] != before[v] ? 1 : 0;
+      }
+      EXPECT_LT(update.count, slowness.size()) << "a new field";
+      EXPECT_GE(update.count, differing) << width;
+      EXPECT_LT(static_cast<double>(update.count), 1.2 * static_cast<double>(differing)) << width;
+      EXPECT_EQ(differing < 14, width == 1) << differing;
+    }
+  }
+}
+
 /// Those around which a change may be seen: two rings, and what is across the edges of the first.
 std::set<std::uint32_t> around(const TestMesh& mesh, const std::vector<std::uint32_t>& changed)
 {
