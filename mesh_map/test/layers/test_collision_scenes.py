@@ -238,6 +238,14 @@ def odd_boxes():
             solids.welded(joined(left, solids.flipped(left))), box((3.1, 2, -0.05), (4, 3, 2))
         ),
         "a face in common": solids.welded(joined(left, right)),
+        "all faces twice": solids.welded(joined(left, right, left, right)),
+        "all seen from both sides": solids.welded(
+            joined(left, right, solids.flipped(left), solids.flipped(right))
+        ),
+        "one alone twice": solids.welded(joined(left, right, right)),
+        "all faces twice, on feet": solids.welded(
+            joined(*[left, right] * 2, *[box((x, 2, -0.1), (x + 1, 3, -0.05)) for x in (2, 3)])
+        ),
         "an edge in common": joined(solids.welded(joined(left, corner)), right),
         "a soup, rounded": (
             np.concatenate([soup_left[0], soup_right[0]]) + jitter,

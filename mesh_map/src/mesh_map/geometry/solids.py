@@ -15,6 +15,7 @@ from mesh_map.geometry.topology import Topology
 NO_SOLID = int(_kernels._NO_INDEX)
 # Meters that rounding may put corners apart: at least, and at most, however large coordinates are.
 _ROUNDING = 1e-4, 1e-3
+_MOST_COPIES = 8  # of a face that are told apart
 
 
 class Solids(NamedTuple):
@@ -28,8 +29,8 @@ class Solids(NamedTuple):
         numbers: (F,) uint32, of each face that of its solid; NO_SOLID for faces of none. A solid is
             a patch of faces that are joined at edges, all edges of which have an even number of
             them, so that a line to far away crosses it an odd number of times from inside. Of faces
-            with the same corners one counts, or, where an even number of them would leave the patch
-            open, none (what two boxes have in common).
+            with the same corners one counts, or, where it would leave the patch open, none (what
+            two boxes have in common, also where faces of theirs are doubled).
         joined: (V,) uint32, for each vertex the one that stands for it: of those at borders at the
             same place the lowest, else itself.
         faces: (F, 3) uint32, of these vertices.
@@ -65,12 +66,12 @@ def _find(geometry: MeshGeometry) -> Solids:
 
 def _numbers(faces: np.ndarray, topology: Topology) -> np.ndarray:
     """(F,) of each face that of its solid, see Solids."""
-    first, even = _copies(faces, topology)
-    if not even.any():
+    first, copies = _copies(faces, topology)
+    if (copies == 1).all():
         return _kernels._solids(topology.face_edges, topology.face_flags, topology.edge_count)
     some = np.flatnonzero(first)
     count = topology.vertex_count
-    kept = some[_closing(Topology(faces=faces[some], vertex_count=count), even[some])]
+    kept = some[_closing(Topology(faces=faces[some], vertex_count=count), copies[some])]
     part = Topology(faces=faces[kept], vertex_count=count)
     numbers = np.full(len(faces), NO_SOLID, np.uint32)
     numbers[kept] = _kernels._solids(part.face_edges, part.face_flags, part.edge_count)
@@ -78,8 +79,8 @@ def _numbers(faces: np.ndarray, topology: Topology) -> np.ndarray:
 
 
 def _copies(faces: np.ndarray, topology: Topology) -> Tuple[np.ndarray, np.ndarray]:
-    """(F,) bool twice: the first of faces with the same corners, and those of an even number."""
-    first, even = np.ones(len(faces), bool), np.zeros(len(faces), bool)
+    """(F,) bool: the first of faces with the same corners; (F,) int64: their number."""
+    first, copies = np.ones(len(faces), bool), np.ones(len(faces), np.int64)
     edges = topology.face_edges.reshape(-1, 3)
     proper = (edges < topology.edge_count).all(axis=1)
     counts = np.bincount(edges[proper].ravel(), minlength=topology.edge_count)
@@ -94,28 +95,44 @@ def _copies(faces: np.ndarray, topology: Topology) -> Tuple[np.ndarray, np.ndarr
         )
         first[crowded] = False
         first[crowded[at]] = True
-        even[crowded] = sizes[inverse] % 2 == 0
-    return first, even
+        copies[crowded] = sizes[inverse]
+    return first, copies
 
 
-def _closing(topology: Topology, free: np.ndarray) -> np.ndarray:
-    """(F,) bool: which faces count, so that edges have even numbers of them. Those that are free
-    and side by side, with nothing else at the edge between them, count or not together, as most of
-    their other edges need it."""
+def _closing(topology: Topology, copies: np.ndarray) -> np.ndarray:
+    """(F,) bool: which faces count, so that edges have even numbers of them. Those that are there
+    once do; then those with fewer copies before those with more, where they are needed: what two
+    things have in common has the copies of both."""
+    counts = copies == 1
+    ranks = np.minimum(copies, _MOST_COPIES)
+    for rank in np.unique(ranks[~counts]):
+        counts |= _needed(topology, counts, ranks == rank, ranks > rank)
+    return counts
+
+
+def _needed(
+    topology: Topology, counts: np.ndarray, some: np.ndarray, later: np.ndarray
+) -> np.ndarray:
+    """(F,) bool: those of some faces which edges need beside faces that count, where others are
+    looked at later. Those side by side, with nothing that counts at the edge between them, are
+    needed or not together, as most of their other edges say."""
     edges = topology.face_edges.reshape(-1, 3)
     proper = (edges < topology.edge_count).all(axis=1)
-    others = np.bincount(edges[proper & ~free].ravel(), minlength=topology.edge_count)
-    faces = np.repeat(np.flatnonzero(free), 3)
-    at = edges[free].ravel()
+    others, open_faces = (
+        np.bincount(edges[proper & which].ravel(), minlength=topology.edge_count)
+        for which in (counts, some | later)
+    )
+    faces = np.repeat(np.flatnonzero(some), 3)
+    at = edges[some].ravel()
     between = others[at] == 0
     ends = faces[between], len(edges) + at[between]
     size = len(edges) + topology.edge_count
     graph = coo_matrix((np.ones(len(ends[0]), bool), ends), shape=(size, size))
     patches = connected_components(graph, directed=False)[1]
-    votes = np.where(np.bincount(at, minlength=topology.edge_count)[at] == 1, 1, 0)
+    votes = np.where(open_faces[at] == 1, 1, 0)
     votes = np.where(between, 0, np.where(others[at] % 2 == 1, votes, -votes))
     needed = np.bincount(patches[faces], weights=votes, minlength=patches.max() + 1) >= 0
-    return ~free | needed[patches[: len(edges)]]
+    return some & needed[patches[: len(edges)]]
 
 
 def _added(numbers: np.ndarray, more: np.ndarray) -> np.ndarray:
