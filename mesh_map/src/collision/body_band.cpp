@@ -130,6 +130,11 @@ bool VertexBand::meets(const float* triangle) const
   if (std::max({a, b, c}) <= low[2] || std::min({a, b, c}) >= high[2]) {
     return false;
   }
+  for (std::size_t k = 0; k < 9; k += 3) {
+    if (triangle[k + 2] > low[2] && triangle[k + 2] < high[2] && isWithin(triangle + k)) {
+      return true;  // cuts would keep this corner
+    }
+  }
   ClippedTriangle rest(triangle);
   rest.cut({0.0, 0.0, 1.0, -low[2]});
   rest.cut({0.0, 0.0, -1.0, high[2]});

@@ -86,6 +86,13 @@ class VertexBand
   /// Whether a triangle, at any height, is within the radius in plan.
   bool isNear(const float* triangle) const;
 
+  /// Whether a point is within the radius in plan, by more than rounding.
+  bool isWithin(const float* point) const
+  {
+    const Vector2 offset = {point[0] - foot_[0], point[1] - foot_[1]};
+    return dot(offset, offset) < (1.0 - 1e-6) * radius_ * radius_;
+  }
+
   /// How far in plan a point is from the vertex, and how far above it.
   double distanceTo(const float* point) const
   {

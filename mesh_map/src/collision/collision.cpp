@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <string>
 
 #include "base/require.h"
 #include "base/run.h"
 #include "bvh/tree/bvh_box_search.h"
 #include "collision/body_band.h"
+#include "collision/ground.h"
 #include "collision/material.h"
 
 namespace mesh_map {
@@ -33,9 +33,6 @@ double slackOf(const MeshView& mesh)
   const float next = std::nextafter(largest, std::numeric_limits<float>::infinity());
   return std::max(1e-4, 4.0 * (double{next} - largest));
 }
-
-/// Bit of faces that have cells, beside those of covered corners.
-constexpr std::uint8_t HAS_CELLS = 8;
 
 /// For each face, HAS_CELLS, and bits 1, 2 and 4 of the corners whose cells are below something.
 std::vector<std::uint8_t> coveredCorners(const Bvh& bvh, const CollisionQuery& query,
@@ -100,125 +97,32 @@ std::vector<std::uint8_t> pointCollisions(const Bvh& bvh, const CollisionQuery& 
   return found;
 }
 
-/// The ground around one vertex after the other, see collisions().
-class Ground
-{
- public:
-  Ground(const CollisionQuery& query, const std::vector<std::uint8_t>& covered,
-         const std::vector<std::uint8_t>& closed, double rise)
-      : query_(query),
-        covered_(covered),
-        closed_(closed),
-        rise_(rise),
-        vertex_rounds_(query.mesh.vertexCount(), 0),
-        face_rounds_(query.mesh.faceCount(), 0)
-  {
-  }
-
-  /// Whether all of these faces are ground of the vertex.
-  bool hasAll(std::uint32_t vertex, const VertexBand& body, const std::vector<std::uint32_t>& faces)
-  {
-    nextRound();
-    std::size_t missing = faces.size();
-    reached_.assign(1, vertex);
-    vertex_rounds_[vertex] = round_;
-    for (std::size_t i = 0; missing > 0 && i < reached_.size(); ++i) {
-      const std::size_t from = reached_[i];
-      for (std::size_t j = query_.vertex_faces.offsets[from];
-           missing > 0 && j < query_.vertex_faces.offsets[from + 1]; ++j) {
-        const std::uint32_t face = query_.vertex_faces.values[j];
-        if (face_rounds_[face] != round_ &&
-            (closed_[from] == 0 || (covered_[face] & HAS_CELLS) != 0)) {
-          face_rounds_[face] = round_;
-          if (isGround(face, body)) {
-            missing -= std::binary_search(faces.begin(), faces.end(), face) ? 1 : 0;
-            reachCorners(face);
-          }
-        }
-      }
-    }
-    return missing == 0;
-  }
-
-  /// Whether all corners of a triangle (9 floats) are low enough for ground of the vertex.
-  bool isLow(const float* corners, const VertexBand& body) const
-  {
-    for (std::size_t k = 0; k < 9; k += 3) {
-      if (body.heightOf(corners + k) > rise_ + body.distanceTo(corners + k)) {
-        return false;
-      }
-    }
-    return true;
-  }
-
- private:
-  /// Whether a face that is reached is ground.
-  bool isGround(std::size_t face, const VertexBand& body) const
-  {
-    float corners[9];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const float* const corner = query_.mesh.corner(face, k);
-      std::copy(corner, corner + 3, corners + 3 * k);
-    }
-    return isLow(corners, body) && body.isNear(corners);
-  }
-
-  void reachCorners(std::size_t face)
-  {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t corner = query_.mesh.faces[3 * face + k];
-      if (vertex_rounds_[corner] != round_) {
-        vertex_rounds_[corner] = round_;
-        reached_.push_back(corner);
-      }
-    }
-  }
-
-  void nextRound()
-  {
-    if (++round_ == 0) {  // after 2^32 of them
-      std::fill(vertex_rounds_.begin(), vertex_rounds_.end(), 0);
-      std::fill(face_rounds_.begin(), face_rounds_.end(), 0);
-      round_ = 1;
-    }
-  }
-
-  const CollisionQuery& query_;
-  const std::vector<std::uint8_t>& covered_;
-  const std::vector<std::uint8_t>& closed_;
-  const double rise_;
-  std::uint32_t round_ = 0;
-  std::vector<std::uint32_t> vertex_rounds_, face_rounds_;  // the last round that reached each
-  std::vector<std::uint32_t> reached_;
-};
-
 /// Adds what the body meets with its radius.
 void addBodyCollisions(const Bvh& bvh, const CollisionQuery& query, const BodyHeights& heights,
                        const std::vector<std::uint8_t>& covered, std::vector<std::uint8_t>& found,
                        Run& run)
 {
   const std::vector<std::uint8_t> closed = found;
+  const std::vector<std::uint32_t> surfaces = surfacesOf(query.mesh);
   run.loop(found.size(), CHUNK, 0.4, [&]() -> RangeBody {
-    return [&, ground = Ground(query, covered, closed, heights.low),
-            met = std::vector<std::uint32_t>()](std::size_t begin, std::size_t end) mutable {
+    return [&, ground = Ground(query.mesh, query.vertex_faces, covered, closed, heights.low)](
+               std::size_t begin, std::size_t end) mutable {
       for (std::size_t v = begin; v < end; ++v) {
         if (closed[v] != 0) {
           continue;
         }
         const VertexBand body(query.mesh.vertex(v), heights, query.radius);
-        met.clear();
-        bool is_obstacle = searchBox(bvh, body.lower(), body.upper(), [&](std::size_t i) {
+        ground.begin(static_cast<std::uint32_t>(v), body);
+        const bool is_obstacle = searchBox(bvh, body.lower(), body.upper(), [&](std::size_t i) {
           if (!body.meets(cornersOf(bvh, i))) {
             return false;
           }
-          met.push_back(bvh.faces()[i]);
-          return !ground.isLow(cornersOf(bvh, i), body);
+          const std::uint32_t face = bvh.faces()[i];
+          ground.want(face);
+          return surfaces[query.mesh.faces[3 * std::size_t{face}]] != surfaces[v] ||
+                 !ground.isLow(cornersOf(bvh, i));
         });
-        if (!is_obstacle && !met.empty()) {
-          std::sort(met.begin(), met.end());
-          is_obstacle = !ground.hasAll(static_cast<std::uint32_t>(v), body, met);
-        }
-        found[v] = is_obstacle ? 1 : 0;
+        found[v] = is_obstacle || !ground.hasAllWanted() ? 1 : 0;
       }
     };
   });

@@ -58,7 +58,8 @@ def test_small_soups_follow_the_definition(seed):
     oracle = CollisionOracle(mesh, *sizes)
     assert within(lethal, *oracle.point_bounds()) > 0.9 * len(lethal)
     assert 0 < lethal.sum() < len(lethal)
-    within(found(mesh, 0.2, sizes), *oracle.body_bounds(0.2, lethal))
+    for radius in (0.2, 1.0):
+        within(found(mesh, radius, sizes), *oracle.body_bounds(radius, lethal))
 
 
 def test_what_the_zoo_decides():
