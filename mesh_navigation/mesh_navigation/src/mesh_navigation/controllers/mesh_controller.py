@@ -1,7 +1,7 @@
 """The controller of this package: follows the field or the path of its own plan."""
 
 import math
-from typing import Any, List, Mapping, Optional, Sequence
+from typing import Any, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -76,6 +76,20 @@ _OUT_OF_NARROW = 0.2  # m from where there is too little room beside obstacles
 _TURN_ROUND = math.radians(170)  # beyond this, left and right are as good
 
 
+class _Attempt(NamedTuple):
+    """To get on."""
+
+    spare: float
+    """Share of the room beside obstacles that is kept."""
+    reach: float
+    """Share of the way ahead in which the carrot is."""
+
+
+# Straight over bumps is not quite where an arc leads: where it would lead too near to obstacles,
+# one to a nearer place of the way, beside them, may not.
+_ATTEMPTS = (_Attempt(1.0, 1.0), _Attempt(0.0, 1.0), _Attempt(0.0, 0.5), _Attempt(0.0, 0.25))
+
+
 class MeshController(Controller):
     """Drives along the field of its plan, or along the path, to the goal and its heading.
 
@@ -104,7 +118,7 @@ class MeshController(Controller):
         self._cycle: Optional[float] = None
         self._velocity = STOP
         self._remark = ""
-        self._narrow: Optional[np.ndarray] = None
+        self._narrow: Optional[Tuple[np.ndarray, int]] = None  # where, and the first that would do
         return complaints
 
     def prepare_plan(self, plan: ControllerPlan) -> Guide:
@@ -129,6 +143,7 @@ class MeshController(Controller):
             or heading @ self._goal_heading < 0.99
         ):
             self._watch.take_new_goal()  # all else stays: a newer plan sets no stuck robot free
+            self._narrow = None
         self._goal, self._goal_heading = goal, heading
         self._is_turning = False
         self._tolerance = self._angle_tolerance = 0.0
@@ -323,10 +338,11 @@ class MeshController(Controller):
         keeps, room = local_costs.obstacles, values["side_clearance"]
         spare = float(keeps.distances(way.points).min()) - keeps.keep
         spare = min(max(spare, 0.0), room)
-        for share in self._shares(surface_pose) if spare > 0.0 else (0.0,):
-            sight = self._sight(local_costs.keeping(keeps.keep + share * spare), surface_pose)
+        for attempt in self._attempts(surface_pose, spare > 0.0):
+            kept = keeps.keep + attempt.spare * spare
+            sight = self._sight(local_costs.keeping(kept), surface_pose)
             try:
-                carrot = find_carrot(sight, guidance.paths, reach, room)
+                carrot = find_carrot(sight, guidance.paths, attempt.reach * reach, room)
                 self.current_angle = self._same_side(carrot.angle)
                 carrot = carrot._replace(angle=self.current_angle)
                 goal = max(distance, way.length) if way.arrives else math.inf
@@ -334,23 +350,26 @@ class MeshController(Controller):
                 steered = steer(carrot, Ahead(goal, stop, bends), values, self._period)
                 wanted = on_free_ground(steered, sight, carrot, values, self._period)
             except ControlFailure:
-                if share == 0.0:
+                if attempt is _ATTEMPTS[-1]:
                     raise
             else:
-                if wanted.x > 0.0 or not steered.x > 0.0 or share == 0.0:
+                if wanted.x > 0.0 or not steered.x > 0.0 or attempt.spare == 0.0:
                     break
-            self._narrow = surface_pose.position
+            self._narrow = surface_pose.position, _ATTEMPTS.index(attempt) + 1
         self._brake_hard(sight, wanted, values)
         return wanted, guidance.remark
 
-    def _shares(self, surface_pose: SurfacePose) -> Sequence[float]:
-        """Of the room beside obstacles. Near to where not all of it would do, there is none: with
-        room and without, the robot would look at other places, and turn to and fro."""
+    def _attempts(self, surface_pose: SurfacePose, is_spare: bool) -> Sequence["_Attempt"]:
+        """Those that come into question. Near to where one would not do, it does not: with each of
+        them the robot looks at another place, and would turn to and fro."""
+        first = 0 if is_spare else 1
         if self._narrow is not None:
-            if math.dist(self._narrow, surface_pose.position) < _OUT_OF_NARROW:
-                return (0.0,)
-            self._narrow = None
-        return (1.0, 0.0)
+            place, least = self._narrow
+            if math.dist(place, surface_pose.position) < _OUT_OF_NARROW:
+                first = max(first, least)
+            else:
+                self._narrow = None
+        return _ATTEMPTS[first:]
 
     def _same_side(self, angle: float) -> float:
         """The angle, or that the other way round where the robot turns that way already."""
