@@ -132,6 +132,14 @@ LabelStep LabelHistory::take(Steps& steps, const MeshId& mesh)
 
 void LabelHistory::put(Steps& steps, LabelStep step)
 {
+  eraseIf(meshes_, [&](const MeshId& mesh) { return mesh == step.mesh; });
+  meshes_.push_back(step.mesh);
+  if (meshes_.size() > MESHES) {
+    const auto is_of_oldest = [&](const LabelStep& one) { return one.mesh == meshes_.front(); };
+    eraseIf(done_, is_of_oldest);
+    eraseIf(undone_, is_of_oldest);
+    meshes_.pop_front();
+  }
   steps.push_back(std::move(step));
   std::size_t bytes = bytesOf(done_) + bytesOf(undone_);
   while (bytes > bytes_ && !done_.empty()) {

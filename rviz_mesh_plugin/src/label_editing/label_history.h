@@ -60,12 +60,13 @@ struct LabelNow
 std::vector<LabelEdit> editsBack(const LabelStep& step, bool undo, const std::vector<LabelNow>& now,
                                  const FaceParentsConstPtr& parents);
 
-/// The steps that can be undone and redone, of all meshes. Where they are too many, the oldest are
-/// forgotten.
+/// The steps that can be undone and redone, of the meshes that were edited last. Where they are too
+/// many, the oldest are forgotten.
 class LabelHistory
 {
  public:
   static constexpr std::size_t BYTES = std::size_t{256} << 20;
+  static constexpr std::size_t MESHES = 8;
 
   explicit LabelHistory(std::size_t bytes = BYTES) : bytes_(bytes) {}
 
@@ -93,6 +94,7 @@ class LabelHistory
   std::size_t bytes_;
   Steps done_;
   Steps undone_;
+  std::deque<MeshId> meshes_;  ///< of which there are steps, the one edited last behind
 };
 
 }  // namespace rviz_mesh_plugin
