@@ -22,10 +22,10 @@
 #include <QShortcut>
 #include <QString>
 #include <QStyle>
-#include <QTableView>
 #include <QTimer>
 
 #include "panel/label_dialogs.h"
+#include "panel/label_list_view.h"
 #include "panel/zoom_button.h"
 #include "picking/surface_picker.h"
 
@@ -105,7 +105,7 @@ void askWithoutPanel(const SharedSession& session, QWidget* window, const std::s
 ClusterLabelPanel::ClusterLabelPanel(QWidget* parent)
     : rviz::Panel(parent),
       name_(new QLineEdit(this)),
-      list_(new QTableView(this)),
+      list_(new LabelListView(this)),
       status_(new QLabel(this)),
       timer_(new QTimer(this))
 {
@@ -140,7 +140,9 @@ void ClusterLabelPanel::createWidgets()
   zoom_ = new ZoomButton([this] { return zoomTarget(); }, [this] { return vis_manager_; });
   grid->addWidget(zoom_, 0, 4, 1, 2);
   grid->addWidget(list_, 3, 0, 1, 6);
-  grid->addWidget(status_, 9, 0, 1, 6);
+  grid->setRowStretch(3, 1);
+  // Below it buttons would move, whenever it says more or less, and be missed.
+  grid->addWidget(status_, 4, 0, 1, 6);
   using Action = LabelAction;
   const auto add = [&](Action action, int row, int column, int width) {
     auto* button = new QPushButton(textOf(action), this);
@@ -161,7 +163,7 @@ void ClusterLabelPanel::createWidgets()
                              {Action::SAVE, Action::SEND_AGAIN, Action::GIVE_UP}};
   for (int row = 0; row < 5; ++row) {
     for (int column = 0; column < 3; ++column) {
-      add(rows[row][column], 4 + row, 2 * column, 2);
+      add(rows[row][column], 5 + row, 2 * column, 2);
     }
   }
 }

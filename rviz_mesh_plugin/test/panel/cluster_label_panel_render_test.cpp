@@ -15,7 +15,10 @@
 #include <QInputDialog>
 #include <QKeyEvent>
 #include <QKeySequence>
+#include <QLabel>
+#include <QLayout>
 #include <QLineEdit>
+#include <QMouseEvent>
 #include <QScreen>
 #include <QShortcut>
 #include <QTemporaryDir>
@@ -90,6 +93,58 @@ TEST_F(ClusterLabelPanelTest, ten_labels_are_seen_and_nothing_of_them_is_cut_off
         << column;
   }
   keep(window.get(), "panel_small");
+}
+
+/// Two clicks within the time of a double click, which elsewhere selects faces.
+TEST_F(ClusterLabelPanelTest, boxes_of_the_list_are_clicked_as_fast_as_one_likes)
+{
+  start();
+  choose({1});
+  const auto shown = [this] {
+    return find(display, {"Visible Labels", "tree", "tree_1"})->getValue().toBool();
+  };
+  const QRect cell = list()->visualRect(list()->model()->index(0, 0));
+  const QPoint box(cell.left() + 10, cell.center().y());
+  const auto send = [&](QEvent::Type type, Qt::MouseButtons buttons) {
+    QMouseEvent event(type, box, list()->viewport()->mapToGlobal(box), Qt::LeftButton, buttons,
+                      Qt::NoModifier);
+    QCoreApplication::sendEvent(list()->viewport(), &event);
+  };
+  send(QEvent::MouseButtonPress, Qt::LeftButton);
+  send(QEvent::MouseButtonRelease, Qt::NoButton);
+  EXPECT_FALSE(shown());
+  spin(200);
+  send(QEvent::MouseButtonDblClick, Qt::LeftButton);
+  send(QEvent::MouseButtonRelease, Qt::NoButton);
+  EXPECT_TRUE(shown());
+  spin(200);
+  EXPECT_EQ(tool->selection().count(), 0u) << "faces of the label that is chosen";
+}
+
+/// Who aims at one would hit another.
+TEST_F(ClusterLabelPanelTest, buttons_stay_where_they_are_whatever_is_told)
+{
+  start();
+  window->resize(360, 900);
+  spin(100);
+  const auto places = [this] {
+    std::vector<QPoint> found;
+    for (auto* each : panel->findChildren<QPushButton*>()) {
+      found.push_back(each->mapTo(window.get(), QPoint()));
+    }
+    return found;
+  };
+  const auto before = places();
+  QLabel* status = nullptr;
+  for (auto* label : panel->findChildren<QLabel*>()) {
+    status = label->text().contains("3 labels") ? label : status;
+  }
+  ASSERT_NE(status, nullptr);
+  const int height = status->height();
+  status->setText("3 labels.<br>This is not stored:<br>nobody<br>listens");
+  panel->layout()->activate();
+  EXPECT_GT(status->height(), 2 * height);
+  EXPECT_EQ(places(), before);
 }
 
 TEST_F(ClusterLabelPanelTest, areas_of_labels_are_added_up_on_a_thread)
