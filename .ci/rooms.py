@@ -83,7 +83,7 @@ PYTHON = {
         {"", "base"},
     ],
     "mesh_tools_test": [
-        {"faults"},
+        {"faults", "screen"},
         {"demo"},
         {"driving", "layers", "planning", "spatial", "display"},
         {"", "base"},

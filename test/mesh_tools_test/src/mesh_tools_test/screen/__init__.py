@@ -1,0 +1,1 @@
+"""A program on a virtual screen, and the hands of its user."""
