@@ -13,11 +13,10 @@
 #include <unistd.h>
 
 #include "support/display_fixture.h"
+#include "support/mutations.h"
 #include "support/raw_messages.h"
 
 namespace {
-
-constexpr int MUTATIONS = 400;  // of each type
 
 mesh_msgs::MeshGeometryStamped grid(std::uint32_t cells)
 {
@@ -136,7 +135,7 @@ class MalformedTest : public DisplayFixture
     const auto bytes = raw_messages::bytesOf(message);
     std::vector<std::uint8_t> all_ones(4096, 0xFF);
     Mutator mutate;
-    for (int i = 0; i <= MUTATIONS; ++i) {
+    for (int i = 0; i <= mutations(400); ++i) {
       raw.publish(RawBytes{i == 0 ? all_ones : mutate(bytes)});
       spin(2);
     }
@@ -202,7 +201,7 @@ TEST_F(MalformedTest, damaged_bytes_from_another_process_reach_both_of_two_displ
   const OtherProcess publisher(geometry_topic, "mesh_msgs/MeshGeometryStamped");
   const auto bytes = raw_messages::bytesOf(grid(2));
   Mutator mutate;
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < mutations(2000); ++i) {
     publisher.publish(i % 10 == 0 ? std::vector<std::uint8_t>() : mutate(bytes));
     if (i % 100 == 99) {
       spin(2);

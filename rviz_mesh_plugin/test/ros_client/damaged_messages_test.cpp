@@ -17,6 +17,7 @@
 #include "ros_client/message_lengths.h"
 #include "ros_client/topic_receiver.h"
 #include "support/meshes.h"
+#include "support/mutations.h"
 #include "support/raw_messages.h"
 
 using rviz_mesh_plugin::CheckedCallback;
@@ -248,7 +249,7 @@ TYPED_TEST(DamagedMessages, with_random_bits_flipped_reach_both_readers_or_none)
 {
   std::mt19937 random(11);
   const Bytes whole = this->sample();
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < mutations(2000); ++i) {
     Bytes bytes = whole;
     for (std::size_t flips = 1 + random() % 8; flips > 0; --flips) {
       bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1u << random() % 8);

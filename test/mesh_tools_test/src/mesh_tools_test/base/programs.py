@@ -2,7 +2,7 @@
 
 import os
 import subprocess
-from typing import Dict, Optional, Sequence
+from typing import Dict, List, Optional, Sequence
 
 
 def find_program(name: str) -> Optional[str]:
@@ -15,8 +15,8 @@ def find_program(name: str) -> Optional[str]:
     return path if path and os.path.isfile(path) else None
 
 
-def run_in_rviz(program: str, arguments: Sequence[str], seconds: float) -> Dict[str, float]:
-    """The lines "name value" that a program prints, run with a ROS master and without a screen.
+def lines_in_rviz(program: str, arguments: Sequence[str], seconds: float) -> List[List[str]]:
+    """The words of each line that a program prints, with a ROS master and without a screen.
 
     :raises RuntimeError: with the end of its errors, if it fails or takes longer.
     """
@@ -29,8 +29,15 @@ def run_in_rviz(program: str, arguments: Sequence[str], seconds: float) -> Dict[
         name = os.path.basename(program)
         raise RuntimeError(f"{name} {' '.join(arguments)} ended with {done.returncode}: {errors}")
     lines = [line.split() for line in done.stdout.decode(errors="replace").splitlines()]
-    values = {}
-    for line in lines:  # RViz and OGRE print there, too
-        if len(line) == 2 and line[0].replace("_", "").isalpha() and line[0].islower():
-            values[line[0]] = float(line[1])
-    return values
+    return [line for line in lines if line and is_name(line[0])]  # RViz and OGRE print there, too
+
+
+def is_name(word: str) -> bool:
+    """Whether a line may begin with that."""
+    return word.replace("_", "").isalpha() and word.islower()
+
+
+def run_in_rviz(program: str, arguments: Sequence[str], seconds: float) -> Dict[str, float]:
+    """The lines "name value" that a program prints; errors as of lines_in_rviz()."""
+    lines = lines_in_rviz(program, arguments, seconds)
+    return {line[0]: float(line[1]) for line in lines if len(line) == 2}
