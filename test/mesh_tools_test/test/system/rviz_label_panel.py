@@ -48,6 +48,9 @@ BUTTONS = (
     "Label Cluster",
     "Reset Faces",
     "Select By",
+    "Hide",
+    "Isolate",
+    "Show All",
     "Zoom To",
     "New",
     "Assign",
@@ -251,7 +254,8 @@ class RvizLabelPanel(LabellingCase):
             self.select_by_criteria(screen)
             self.change(screen)
             self.rename_merge_and_delete(screen)
-            self.color_hide_and_zoom(screen)
+            self.color_and_zoom(screen)
+            self.hide_and_isolate(screen)
             self.export_and_import(screen)
             self.work_without_server(screen, server)
             self.close_with_edits(screen)
@@ -372,7 +376,7 @@ class RvizLabelPanel(LabellingCase):
         """Waits until the picture of the map is as the condition says."""
         wait_until(lambda: any(map(condition, screen.pictures())), 60, what, [screen.child])
 
-    def color_hide_and_zoom(self, screen):
+    def color_and_zoom(self, screen):
         """Color, Class Color, the boxes of the list, Zoom To."""
         blue = (0, 0, 255)
         screen.click("Reset Faces")
@@ -395,6 +399,19 @@ class RvizLabelPanel(LabellingCase):
         self.seen(screen, lambda p: fills(~have(p, BACKGROUND)), "the whole mesh")
         screen.choose_in_menu("Zoom To", "s")
         self.seen(screen, lambda picture: fills(highlighted(picture)), "the selection")
+
+    def hide_and_isolate(self, screen):
+        """Isolate, Hide, Show All, and Ctrl+Z, of the selection that the view is on."""
+        screen.click("Isolate")
+        self.seen(screen, lambda p: fills(highlighted(p)) and not have(p, GREEN).any(), "it alone")
+        screen.click("Show All")
+        self.seen(screen, lambda p: have(p, GREEN).any(), "what is around it")
+        screen.click("Hide")
+        self.seen(screen, lambda p: fills(have(p, BACKGROUND)), "a hole")
+        screen.click("Show All")
+        self.seen(screen, lambda p: not have(p, BACKGROUND).any(), "no hole")
+        screen.do("key", "ctrl+z", "ctrl+z")
+        self.seen(screen, lambda picture: fills(highlighted(picture)), "the selection as before")
 
     def export_and_import(self, screen):
         """Export, Import, Save."""
