@@ -262,6 +262,7 @@ void loadAgain(const World& world, int count)
   }
   delete labels;
   delete mesh;
+  geometry.shutdown();  // which keeps its last message
   Stage::spin(2000);
   tell("left", count, resident());
 }

@@ -7,7 +7,8 @@ cycles: displays are added, a mesh of 50,000 faces is loaded, half of it is sele
 displays are reset and removed, again and again. costs: a layer of 2 million faces comes ten times a
 second, each time with other values. loads: meshes of 0.7 million faces one after the other, then
 none. RViz's panel and manager are drawn by OSMesa without a screen; memory is what the system
-counts as resident. Together they take half an hour.
+counts as resident, with what OSMesa keeps of the largest frames it has drawn (tens of MB in blocks
+of 64 KB), which a graphics card does not. Together they take half an hour.
 """
 
 import argparse
