@@ -96,8 +96,9 @@ def test_simulation_hands_the_node_name_on():
     assert launch.find("arg[@name='node_name']").get("default") == "move_base_flex"
     included = launch.find("include/arg[@name='node_name']")
     assert included.get("value") == "$(arg node_name)"
-    costs = launch.find("node/param[@name='costs_topic']")
-    assert costs.get("value") == "/$(arg node_name)/mesh_map/vertex_costs"
+    for name, topic in (("mesh_topic", "mesh"), ("costs_topic", "vertex_costs")):
+        parameter = launch.find(f"node/param[@name='{name}']")
+        assert parameter.get("value") == f"/$(arg node_name)/mesh_map/{topic}"
     rviz = launch.find("group/node[@name='mesh_rviz']")
     assert rviz.get("args") == "_node_name:=$(arg node_name)"
 
