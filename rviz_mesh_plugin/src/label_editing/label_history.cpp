@@ -132,7 +132,9 @@ LabelStep LabelHistory::take(Steps& steps, const MeshId& mesh)
 
 void LabelHistory::put(Steps& steps, LabelStep step)
 {
-  eraseIf(meshes_, [&](const MeshId& mesh) { return mesh == step.mesh; });
+  eraseIf(meshes_, [&](const MeshId& mesh) {
+    return mesh == step.mesh || (orderOf(done_, mesh) == 0 && orderOf(undone_, mesh) == 0);
+  });
   meshes_.push_back(step.mesh);
   if (meshes_.size() > MESHES) {
     const auto is_of_oldest = [&](const LabelStep& one) { return one.mesh == meshes_.front(); };

@@ -382,10 +382,10 @@ bool FastMarchingField::mend(ArrayView<float> slowness, ArrayView<std::uint32_t>
   if (end == RepairEnd::TOO_MUCH) {
     return startAgain(slowness, cancel, done);
   }
+  done.count = distinct(changed_, mesh.vertexCount());
   buffers_->is_in_repair = false;
   buffers_->ranks.clear();
   is_mended_ = true;
-  done.count = distinct(changed_, mesh.vertexCount());
   changed_.clear();
   if (buffers_->touched.size() > mesh.vertexCount()) {
     makeUnique(buffers_->touched);

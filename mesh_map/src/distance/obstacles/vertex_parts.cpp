@@ -50,7 +50,7 @@ VertexParts::VertexParts(const FastMarchingMesh& mesh, double width) : mesh_(mes
 
 void VertexParts::sort()
 {
-  if (!begins_.empty()) {
+  if (is_sorted_) {
     return;
   }
   const std::size_t count = mesh_.vertexCount();
@@ -74,6 +74,7 @@ void VertexParts::sort()
     order_[next[of[v]]++] = static_cast<std::uint32_t>(v);
   }
   findBoxes();
+  is_sorted_ = true;  // all of it, also where memory has run out once
 }
 
 void VertexParts::findBoxes()

@@ -129,6 +129,7 @@ class VertexParts
   unsigned axis_ = 0;
   std::vector<float> cuts_;  // between parts, ascending: each belongs to the part above it
   LargeArray<std::uint32_t> order_;
+  bool is_sorted_ = false;
   std::vector<std::size_t> begins_;       // of the parts, in order_, and its end
   std::vector<VertexBox> boxes_;          // of the blocks
   std::vector<std::size_t> first_boxes_;  // of the parts

@@ -7,8 +7,15 @@ from mesh_msgs import zoo
 
 from mesh_navigation.base.outcomes import ExePathOutcome
 from mesh_navigation.base.pose import Pose, multiply
-from mesh_navigation.base.robot import STOP, RobotState
-from mesh_navigation.controllers.steering import approached, braking_speed, stopping_distance
+from mesh_navigation.base.robot import STOP, RobotState, Velocity
+from mesh_navigation.controllers import mesh_controller
+from mesh_navigation.controllers.carrot import find_carrot
+from mesh_navigation.controllers.steering import (
+    CLEARANCE,
+    approached,
+    braking_speed,
+    stopping_distance,
+)
 from mesh_navigation.plugins.controller import ControlFailure, ControllerPlan
 from controller_drives import command_at, controller_on, following, planned
 from navigation_test_maps import MapWithCosts
@@ -186,3 +193,57 @@ def test_a_tilted_robot_steers_by_its_heading_along_the_surface(yaw):
     nose_up = multiply(upright.orientation, np.array([0, -np.sin(np.pi / 4), 0, np.cos(np.pi / 4)]))
     stuck = failure(following(MapWithCosts(GRID), plan_on()), Pose(upright.position, nose_up))
     assert stuck.outcome == ExePathOutcome.NO_VALID_CMD and "no heading" in stuck.message
+
+
+LOOKAHEAD = next(
+    parameter.default
+    for parameter in mesh_controller.PARAMETERS
+    if parameter.name == "lookahead_distance"
+)
+
+
+def seeing_only(share, asked=None):
+    """find_carrot() that sees no farther than this share of lookahead_distance."""
+
+    def find(sight, paths, reach, clearance):
+        if asked is not None:
+            asked.append(reach)
+        if reach > share * LOOKAHEAD + 1e-9:
+            raise ControlFailure(ExePathOutcome.BLOCKED_PATH, "nothing is seen so far away")
+        return find_carrot(sight, paths, reach, clearance)
+
+    return find
+
+
+@pytest.mark.parametrize("share", [0.5, 0.25])
+def test_a_robot_that_sees_only_near_places_drives_no_faster_than_it_can_stop_there(
+    share, monkeypatch
+):
+    controller = following(MapWithCosts(GRID), plan_on())
+    monkeypatch.setattr(mesh_controller, "find_carrot", seeing_only(share))
+    x, speed, fastest, period = 2.0, 0.0, 0.0, 0.05
+    for cycle in range(60):
+        pose = Pose.at([x, 5.1, 0.0])
+        speed = command_at(controller, pose, cycle * period, Velocity(x=speed)).velocity.x
+        x, fastest = x + speed * period, max(fastest, speed)
+    assert x > 2.3, "it gets on"
+    brakes = controller.values["max_lin_acceleration"]
+    assert stopping_distance(fastest, brakes, period) + CLEARANCE <= share * LOOKAHEAD
+
+
+def test_a_robot_that_saw_no_way_at_all_looks_as_far_as_ever_once_the_map_has_changed(monkeypatch):
+    mesh_map = MapWithCosts(GRID)
+    controller = following(mesh_map, plan_on(mesh_map))
+    monkeypatch.setattr(mesh_controller, "find_carrot", seeing_only(0.0))
+    for time in (0.0, 0.05):
+        assert failure(controller, START, time).outcome == ExePathOutcome.BLOCKED_PATH
+    asked = []
+    monkeypatch.setattr(mesh_controller, "find_carrot", seeing_only(0.0, asked))
+    failure(controller, START, 0.1)
+    assert max(asked) < LOOKAHEAD, "as long as nothing has, it does not turn to and fro"
+    mesh_map.costs = mesh_map.costs + np.float32(0.1)
+    failure(controller, START, 0.15)
+    monkeypatch.setattr(mesh_controller, "find_carrot", seeing_only(1.0, asked))
+    asked.clear()
+    assert command_at(controller, START, 0.2).velocity.x > 0.0
+    assert asked == [LOOKAHEAD]

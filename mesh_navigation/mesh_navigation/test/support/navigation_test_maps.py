@@ -38,12 +38,15 @@ class MapWithCosts:
             name: SimpleNamespace(result=LayerResult(costs, np.isposinf(costs)))
             for name, costs in (layers or {}).items()
         }
-        self._settings, self._version = settings, 0
+        self._settings, self._planning = settings, None
 
     def planning_costs(self):
-        self._version += 1
-        costs = np.float32(self.costs)
-        return PlanningCosts(self._version, costs, self._map.geometry, self._settings)
+        """The same as long as the costs are."""
+        costs, known = np.float32(self.costs), self._planning
+        if known is None or not np.array_equal(costs, known.costs, equal_nan=True):
+            version = 1 if known is None else known.version + 1
+            self._planning = PlanningCosts(version, costs, self._map.geometry, self._settings)
+        return self._planning
 
     def cleared_costs(self):
         """Nothing in here comes from sensors."""

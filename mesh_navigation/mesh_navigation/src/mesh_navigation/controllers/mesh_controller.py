@@ -1,7 +1,7 @@
 """The controller of this package: follows the field or the path of its own plan."""
 
 import math
-from typing import Any, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -90,6 +90,16 @@ class _Attempt(NamedTuple):
 _ATTEMPTS = (_Attempt(1.0, 1.0), _Attempt(0.0, 1.0), _Attempt(0.0, 0.5), _Attempt(0.0, 0.25))
 
 
+class _Narrow(NamedTuple):
+    """Where an attempt would not do."""
+
+    position: np.ndarray
+    least: int
+    """The first attempt that may."""
+    version: int
+    """Of the costs."""
+
+
 class MeshController(Controller):
     """Drives along the field of its plan, or along the path, to the goal and its heading.
 
@@ -118,7 +128,7 @@ class MeshController(Controller):
         self._cycle: Optional[float] = None
         self._velocity = STOP
         self._remark = ""
-        self._narrow: Optional[Tuple[np.ndarray, int]] = None  # where, and the first that would do
+        self._narrow: Optional[_Narrow] = None
         return complaints
 
     def prepare_plan(self, plan: ControllerPlan) -> Guide:
@@ -344,18 +354,22 @@ class MeshController(Controller):
             try:
                 carrot = find_carrot(sight, guidance.paths, attempt.reach * reach, room)
                 self.current_angle = self._same_side(carrot.angle)
-                carrot = carrot._replace(angle=self.current_angle)
+                # Only as far as that is looked ahead: no faster than it can stop there.
+                near = carrot.is_near or attempt.reach < 1.0
+                carrot = carrot._replace(angle=self.current_angle, is_near=near)
                 goal = max(distance, way.length) if way.arrives else math.inf
                 bends = speed_before_bends(way, surface_pose.up, stopping, values, self._period)
                 steered = steer(carrot, Ahead(goal, stop, bends), values, self._period)
                 wanted = on_free_ground(steered, sight, carrot, values, self._period)
             except ControlFailure:
                 if attempt is _ATTEMPTS[-1]:
+                    self._look_far_again()
                     raise
             else:
                 if wanted.x > 0.0 or not steered.x > 0.0 or attempt.spare == 0.0:
                     break
-            self._narrow = surface_pose.position, _ATTEMPTS.index(attempt) + 1
+            tried = _ATTEMPTS.index(attempt) + 1
+            self._narrow = _Narrow(surface_pose.position, tried, self._costs_version())
         self._brake_hard(sight, wanted, values)
         return wanted, guidance.remark
 
@@ -364,12 +378,20 @@ class MeshController(Controller):
         them the robot looks at another place, and would turn to and fro."""
         first = 0 if is_spare else 1
         if self._narrow is not None:
-            place, least = self._narrow
-            if math.dist(place, surface_pose.position) < _OUT_OF_NARROW:
-                first = max(first, least)
+            if math.dist(self._narrow.position, surface_pose.position) < _OUT_OF_NARROW:
+                first = max(first, self._narrow.least)
             else:
                 self._narrow = None
         return _ATTEMPTS[first:]
+
+    def _look_far_again(self) -> None:
+        """Where nothing has been found, as soon as something else is on the map: what was in the
+        way may have gone."""
+        if self._narrow is not None and self._narrow.version != self._costs_version():
+            self._narrow = None
+
+    def _costs_version(self) -> int:
+        return self.map.planning_costs().version
 
     def _same_side(self, angle: float) -> float:
         """The angle, or that the other way round where the robot turns that way already."""
