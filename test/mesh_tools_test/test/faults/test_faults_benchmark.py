@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mesh_tools_test.faults import cases_ros
 from mesh_tools_test.faults.record import Record
 from mesh_tools_test.faults.verdicts import Run, table
 
@@ -98,3 +99,18 @@ def test_what_is_broken(broken):
     assert "kept: SUCCESS 3" in lines[1] and "  0.20 x " in lines[1]
     assert "BROKEN in 1: SUCCESS" in lines[2]
     assert [broken.remark in line for line in lines[3:]] == [True] * bool(broken.remark)
+
+
+@pytest.mark.parametrize("over, tries", [(0, 1), (2, 3), (9, 3)])
+def test_a_drive_that_was_over_at_once_is_made_again(over, tries, monkeypatch):
+    missed = GOOD._replace(remark="the drive did not begin: arrived")
+    runs = [missed] * over + [GOOD]
+    made = []
+
+    def run_once(stage, case):
+        made.append(case)
+        return runs[len(made) - 1]
+
+    monkeypatch.setattr(cases_ros, "_run_once", run_once)
+    assert cases_ros.run(None, None) == (GOOD if over < 3 else missed)
+    assert len(made) == tries

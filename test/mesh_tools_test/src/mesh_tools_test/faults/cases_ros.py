@@ -25,6 +25,7 @@ REPLACED = 1.0  # s until the server ends a guard that is stuck, and starts the 
 AT_X = 3.0  # m, where the robot then is
 NEARER = 0.02  # m that the robot may come nearer to a wall than its radius
 SEEN = 0.5  # s of driving, after which the robot can still brake before a wall
+_TRIES = 3
 _LONGEST, _AFTER = 5.0, 0.5  # s: how long a stop is waited for, and looked at
 
 
@@ -46,7 +47,16 @@ class Case(NamedTuple):
 
 
 def run(stage: Stage, case: Case) -> Run:
-    """One drive with one fault."""
+    """One drive with one fault; another one where it was over before anybody saw it begin, as on a
+    machine so busy that the server still has the robot where the drive before has ended."""
+    for _ in range(_TRIES):
+        found = _run_once(stage, case)
+        if not (found.remark and found.answer == "SUCCESS"):
+            break
+    return found
+
+
+def _run_once(stage: Stage, case: Case) -> Run:
     stage.reset()
     begin = time.monotonic()
     goal = Goal(stage.navigator)
