@@ -16,6 +16,7 @@ void ShownLabels::setMesh(const MeshDataConstPtr& mesh)
   if (!mesh || !mesh_ || mesh->uuid != mesh_->uuid || mesh->faceCount() != mesh_->faceCount()) {
     labels_.clear();
     beyond_.clear();
+    newer_.clear();
     complete_ = false;
   }
   mesh_ = mesh;
@@ -34,6 +35,11 @@ void ShownLabels::add(const LabelSetConstPtr& labels)
 {
   if (mesh_ && isOfMesh(*labels)) {
     apply(labels);
+    if (!complete_) {
+      for (const LabelCluster& cluster : labels->clusters) {
+        newer_.insert(cluster.label);
+      }
+    }
     return;
   }
   waiting_.push_back(labels);
@@ -56,24 +62,36 @@ bool ShownLabels::isOfMesh(const LabelSet& labels) const
 void ShownLabels::apply(const LabelSetConstPtr& labels)
 {
   if (labels->all) {
-    std::set<std::string> there;
-    for (const LabelCluster& cluster : labels->clusters) {
-      there.insert(cluster.label);
-    }
-    for (auto label = labels_.begin(); label != labels_.end();) {
-      if (there.count(label->first) == 0) {
-        changed_.insert(label->first);
-        beyond_.erase(label->first);
-        label = labels_.erase(label);
-      } else {
-        ++label;
-      }
-    }
-    complete_ = true;
+    applyAll(labels);
+    return;
   }
   for (const LabelCluster& cluster : labels->clusters) {
     put(LabelClusterConstPtr(labels, &cluster));
   }
+}
+
+void ShownLabels::applyAll(const LabelSetConstPtr& labels)
+{
+  std::set<std::string> kept = newer_;
+  for (const LabelCluster& cluster : labels->clusters) {
+    kept.insert(cluster.label);
+  }
+  for (auto label = labels_.begin(); label != labels_.end();) {
+    if (kept.count(label->first) == 0) {
+      changed_.insert(label->first);
+      beyond_.erase(label->first);
+      label = labels_.erase(label);
+    } else {
+      ++label;
+    }
+  }
+  for (const LabelCluster& cluster : labels->clusters) {
+    if (newer_.count(cluster.label) == 0) {
+      put(LabelClusterConstPtr(labels, &cluster));
+    }
+  }
+  newer_.clear();
+  complete_ = true;
 }
 
 void ShownLabels::put(const LabelClusterConstPtr& cluster)

@@ -10,7 +10,9 @@
 
 namespace rviz_mesh_plugin {
 
-/// The labels of the mesh that is shown. Those that arrive before their mesh wait here for it.
+/// The labels of the mesh that is shown. Those that arrive before their mesh wait here for it. The
+/// first complete set says nothing of labels that have come since there is a mesh: it was asked for
+/// then, and what comes meanwhile is newer, or the same.
 class ShownLabels
 {
  public:
@@ -39,6 +41,7 @@ class ShownLabels
  private:
   bool isOfMesh(const LabelSet& labels) const;
   void apply(const LabelSetConstPtr& labels);
+  void applyAll(const LabelSetConstPtr& labels);
   void put(const LabelClusterConstPtr& cluster);
 
   MeshDataConstPtr mesh_;
@@ -46,6 +49,7 @@ class ShownLabels
   std::set<std::string> changed_;
   std::map<std::string, std::size_t> beyond_;
   std::deque<LabelSetConstPtr> waiting_;
+  std::set<std::string> newer_;  ///< than the first complete set, which has not come
   bool complete_ = false;
 };
 

@@ -338,3 +338,32 @@ TEST(ShownLabelsTest, labels_are_shared_with_the_set_that_brought_them)
   store.add(std::make_shared<LabelSet>(LabelSet{"mesh", true, {{"a", {1, 2}}}}));
   EXPECT_EQ(store.takeChanged(), (std::set<std::string>{"b"})) << "a is as before";
 }
+
+/// It is asked for when the mesh is there, and may come after labels that are newer.
+TEST(ShownLabelsTest, the_first_complete_set_takes_back_nothing_that_has_come_since)
+{
+  auto mesh = std::make_shared<MeshData>();
+  mesh->uuid = "mesh";
+  mesh->indices.resize(30);
+  using Faces = std::vector<std::uint32_t>;
+  const auto add = [](ShownLabels& store, bool all,
+                      const std::vector<rviz_mesh_plugin::LabelCluster>& labels) {
+    store.add(std::make_shared<LabelSet>(LabelSet{"mesh", all, labels}));
+  };
+  ShownLabels store;
+  add(store, false, {{"early", {1}}, {"old", {2}}});  // before it is asked for
+  store.setMesh(mesh);
+  add(store, false, {{"new", {3}}, {"changed", {4}}, {"gone", {}}});
+  add(store, true, {{"early", {5}}, {"changed", {6}}, {"gone", {7}}, {"stored", {8}}});
+  EXPECT_TRUE(store.isComplete());
+  ASSERT_EQ(store.labels().size(), 4u);
+  EXPECT_EQ(store.labels().at("early")->faces, Faces{5});
+  EXPECT_EQ(store.labels().at("new")->faces, Faces{3});
+  EXPECT_EQ(store.labels().at("changed")->faces, Faces{4});
+  EXPECT_EQ(store.labels().at("stored")->faces, Faces{8});
+  // The next one is of another server, say, and counts.
+  add(store, false, {{"new", {9}}});
+  add(store, true, {{"changed", {6}}});
+  ASSERT_EQ(store.labels().size(), 1u);
+  EXPECT_EQ(store.labels().at("changed")->faces, Faces{6});
+}

@@ -34,24 +34,7 @@ class HidingTest : public SelectionToolFixture
     SelectionToolFixture::TearDown();
   }
 
-  /// Two bumpy storeys: faces 0..799 of the floor, red; 800..1599 of the roof 1 m above it, blue.
-  static mesh_msgs::MeshGeometryStamped storeys()
-  {
-    auto message = test_meshes::terrain(20, [](double x, double) { return 0.1 * std::sin(5 * x); });
-    const auto floor = message.mesh_geometry;
-    for (auto vertex : floor.vertices) {
-      vertex.z += 1.0;
-      message.mesh_geometry.vertices.push_back(vertex);
-    }
-    for (auto face : floor.faces) {
-      for (auto& index : face.vertex_indices) {
-        index += static_cast<std::uint32_t>(floor.vertices.size());
-      }
-      message.mesh_geometry.faces.push_back(face);
-    }
-    return message;
-  }
-
+  /// The floor is red, the roof above it blue.
   Display* showStoreys()
   {
     Display* display = of_storeys = createMeshDisplay();

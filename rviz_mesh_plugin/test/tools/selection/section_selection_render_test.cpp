@@ -14,23 +14,10 @@ using rviz_mesh_plugin::SurfaceIndex;
 class SectionSelectionTest : public SelectionToolFixture
 {
  protected:
-  /// Two bumpy storeys: faces 0..799 of the floor, around z = 0; 800..1599 of the roof, at z = 1.
   Display* showStoreys()
   {
-    auto message = test_meshes::terrain(20, [](double x, double) { return 0.1 * std::sin(5 * x); });
-    const auto floor = message.mesh_geometry;
-    for (auto vertex : floor.vertices) {
-      vertex.z += 1.0;
-      message.mesh_geometry.vertices.push_back(vertex);
-    }
-    for (auto face : floor.faces) {
-      for (auto& index : face.vertex_indices) {
-        index += static_cast<std::uint32_t>(floor.vertices.size());
-      }
-      message.mesh_geometry.faces.push_back(face);
-    }
     Display* display = createMeshDisplay();
-    EXPECT_TRUE(show(display, message));
+    EXPECT_TRUE(show(display, storeys()));
     waitUntilPrepared();
     EXPECT_TRUE(spinUntil(
         [&] { return SurfaceIndex::instance().findNeighbors(shown().mesh).neighbors != nullptr; }));
