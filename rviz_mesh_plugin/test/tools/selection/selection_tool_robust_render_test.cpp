@@ -253,6 +253,8 @@ TEST_F(SelectionToolRobustTest, takes_the_faces_of_a_label)
   const auto mesh = shown().mesh;
   Faces wall{2, hit->face, 5};
   std::sort(wall.begin(), wall.end());
+  // Else what the server says it has, which is nothing, may come after them.
+  ASSERT_TRUE(spinUntil([&] { return labels->labelsComplete(); }));
   server.labels.publish(LabelServer::cluster("wall_1", wall));
   server.labels.publish(LabelServer::cluster("roof_1", {7, 8}));
   ASSERT_TRUE(spinUntil([&] { return labels->labels().size() == 2u; }));
