@@ -306,7 +306,7 @@ void ClusterLabelDisplay::takeMessages()
     if (overlay_) {
       overlay_->setMesh(store_.mesh());
     }
-    sources_.services().cancel();  // labels of a mesh that was here before are asked for once more
+    askForLabels();  // of a mesh that was here before, once more
   }
   if (store_.mesh() && !source().labels_topic.empty()) {
     sources_.services().requestLabels(store_.mesh()->uuid);  // once since it was subscribed to
@@ -316,6 +316,12 @@ void ClusterLabelDisplay::takeMessages()
   for (const LabelSetConstPtr& labels : queued.labels) {
     store_.add(labels);
   }
+}
+
+void ClusterLabelDisplay::askForLabels()
+{
+  store_.expectAll();
+  sources_.services().cancel();
 }
 
 void ClusterLabelDisplay::takeColors()

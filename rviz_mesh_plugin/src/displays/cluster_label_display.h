@@ -59,6 +59,8 @@ class ClusterLabelDisplay : public rviz::Display
   const LabelClusters& labels() const { return store_.labels(); }
   /// Whether there are no others: those who store them have said what there is.
   bool labelsComplete() const { return store_.isComplete(); }
+  /// Has those who store them say so once more: a message of theirs may be lost.
+  void askForLabels();
 
   /// As it is drawn: the label's own, else that of its class.
   Rgba8 labelColor(const std::string& label) { return colors_.color(label); }

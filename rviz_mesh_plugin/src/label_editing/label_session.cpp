@@ -112,7 +112,13 @@ void LabelSession::work(const MeshDataConstPtr& mesh)
   workOnCommands();
   const auto stored = edits_.work(
       PendingEdits::Clock::now(), [this](const LabelEdit& edit) { return isStored(edit); },
-      [this](const LabelEdit& edit) { return send(edit); });
+      [this](const LabelEdit& edit) { return send(edit); },
+      [this](const LabelEdit& edit) {
+        ClusterLabelDisplay* display = edit.faces ? displayOf(edit) : nullptr;
+        if (display) {
+          display->askForLabels();
+        }
+      });
   for (const LabelEdit& edit : stored) {
     saving_.addStored(edit.mesh, edit.label, labelNamespace(displayOf(edit)->source()));
   }

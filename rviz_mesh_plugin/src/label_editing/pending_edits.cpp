@@ -39,7 +39,8 @@ bool PendingEdits::mustWait(const LabelEdit& edit) const
 
 std::vector<LabelEdit> PendingEdits::work(Clock::time_point now,
                                           const std::function<bool(const LabelEdit&)>& is_stored,
-                                          const std::function<std::string(const LabelEdit&)>& send)
+                                          const std::function<std::string(const LabelEdit&)>& send,
+                                          const std::function<void(const LabelEdit&)>& ask)
 {
   std::vector<LabelEdit> stored;
   std::size_t under_way = 0;
@@ -51,6 +52,10 @@ std::vector<LabelEdit> PendingEdits::work(Clock::time_point now,
       continue;
     }
     if (pending.sent && pending.failure.empty()) {
+      if (!pending.asked && now - pending.since > patience_ / 2) {
+        pending.asked = true;
+        ask(pending.edit);
+      }
       if (now - pending.since > patience_) {
         pending.failure =
             "it was sent, but has not come back as stored: see the log of the node "
@@ -70,6 +75,7 @@ std::vector<LabelEdit> PendingEdits::work(Clock::time_point now,
       pending.failure = send(pending.edit);
       pending.sent = pending.failure.empty();
       pending.since = now;
+      pending.asked = false;
       under_way += pending.sent ? 1 : 0;
     }
   }

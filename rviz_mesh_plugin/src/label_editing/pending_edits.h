@@ -56,9 +56,12 @@ class PendingEdits
 
   /// Takes out what has been stored and returns it; then sends what can be sent.
   /// @param send returns why it cannot be sent, else an empty string
+  /// @param ask is called once for an edit that was sent and has not come back within half of the
+  /// patience: who stores it may have it, where only the message that says so is lost
   std::vector<LabelEdit> work(Clock::time_point now,
                               const std::function<bool(const LabelEdit&)>& is_stored,
-                              const std::function<std::string(const LabelEdit&)>& send);
+                              const std::function<std::string(const LabelEdit&)>& send,
+                              const std::function<void(const LabelEdit&)>& ask);
 
   /// Those that failed.
   void sendAgain();
@@ -88,6 +91,7 @@ class PendingEdits
     LabelEdit edit;
     bool sent = false;
     Clock::time_point since;  ///< where it was sent
+    bool asked = false;       ///< since then
     std::string failure;      ///< is not sent on its own any more
   };
   bool mustWait(const LabelEdit& edit) const;

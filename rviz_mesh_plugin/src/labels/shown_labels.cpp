@@ -16,7 +16,7 @@ void ShownLabels::setMesh(const MeshDataConstPtr& mesh)
   if (!mesh || !mesh_ || mesh->uuid != mesh_->uuid || mesh->faceCount() != mesh_->faceCount()) {
     labels_.clear();
     beyond_.clear();
-    newer_.clear();
+    expectAll();
     complete_ = false;
   }
   mesh_ = mesh;
@@ -35,7 +35,7 @@ void ShownLabels::add(const LabelSetConstPtr& labels)
 {
   if (mesh_ && isOfMesh(*labels)) {
     apply(labels);
-    if (!complete_) {
+    if (expects_all_) {
       for (const LabelCluster& cluster : labels->clusters) {
         newer_.insert(cluster.label);
       }
@@ -52,6 +52,12 @@ void ShownLabels::clear()
 {
   setMesh(nullptr);
   waiting_.clear();
+}
+
+void ShownLabels::expectAll()
+{
+  newer_.clear();
+  expects_all_ = true;
 }
 
 bool ShownLabels::isOfMesh(const LabelSet& labels) const
@@ -91,6 +97,7 @@ void ShownLabels::applyAll(const LabelSetConstPtr& labels)
     }
   }
   newer_.clear();
+  expects_all_ = false;
   complete_ = true;
 }
 

@@ -10,9 +10,9 @@
 
 namespace rviz_mesh_plugin {
 
-/// The labels of the mesh that is shown. Those that arrive before their mesh wait here for it. The
-/// first complete set says nothing of labels that have come since there is a mesh: it was asked for
-/// then, and what comes meanwhile is newer, or the same.
+/// The labels of the mesh that is shown. Those that arrive before their mesh wait here for it. A
+/// complete set that is expected says nothing of labels that come before it: it was asked for, and
+/// what comes meanwhile is newer, or the same. The first is expected since there is a mesh.
 class ShownLabels
 {
  public:
@@ -23,6 +23,9 @@ class ShownLabels
   void setMesh(const MeshDataConstPtr& mesh);
   void add(const LabelSetConstPtr& labels);
   void clear();
+
+  /// All labels are asked for once more.
+  void expectAll();
 
   const MeshDataConstPtr& mesh() const { return mesh_; }
   const LabelClusters& labels() const { return labels_; }
@@ -49,7 +52,8 @@ class ShownLabels
   std::set<std::string> changed_;
   std::map<std::string, std::size_t> beyond_;
   std::deque<LabelSetConstPtr> waiting_;
-  std::set<std::string> newer_;  ///< than the first complete set, which has not come
+  std::set<std::string> newer_;  ///< than the complete set that is expected
+  bool expects_all_ = true;
   bool complete_ = false;
 };
 

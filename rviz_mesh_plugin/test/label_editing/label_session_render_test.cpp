@@ -121,6 +121,20 @@ TEST_F(LabelSessionTest, an_edit_that_is_lost_fails_and_is_sent_again)
   EXPECT_EQ(session->failure(), "");
 }
 
+/// As while somebody who stores labels is started again: it hears of edits before all are connected
+/// that it tells.
+TEST_F(LabelSessionTest, an_edit_that_is_stored_without_a_message_is_found_by_asking)
+{
+  start(2s);
+  session->assign("car_1", {5});
+  ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
+  server->addLabel("car_1", {5});
+  ASSERT_TRUE(until([&] { return session->unstored() == 0 || session->failed() > 0; }));
+  EXPECT_EQ(session->failure(), "");
+  EXPECT_EQ(session->unsaved(), 1u);
+  EXPECT_EQ(display->labels().at("car_1")->faces, Faces{5});
+}
+
 TEST_F(LabelSessionTest, where_nobody_listens_edits_are_kept)
 {
   start(60s, false);

@@ -42,6 +42,8 @@ LabelEdit colorOf(const std::string& label)
   return edit;
 }
 
+using Names = std::vector<std::string>;
+
 /// Stores what it is told to.
 struct Owner
 {
@@ -49,6 +51,7 @@ struct Owner
   PendingEdits::Clock::time_point now;
   std::vector<std::string> sent;
   std::set<std::string> stored;
+  Names asked;
   std::string refusal;
 
   static std::string nameOf(const LabelEdit& edit)
@@ -64,12 +67,11 @@ struct Owner
             [this](const LabelEdit& edit) {
               sent.push_back(nameOf(edit));
               return refusal;
-            })
+            },
+            [this](const LabelEdit& edit) { asked.push_back(nameOf(edit)); })
         .size();
   }
 };
-
-using Names = std::vector<std::string>;
 
 }  // namespace
 
@@ -134,6 +136,29 @@ TEST(PendingEdits, that_fail_are_kept_and_can_be_sent_again)
   EXPECT_EQ(owner.sent, (Names{"a", "a", "b"}));
   owner.edits.giveUp();
   EXPECT_EQ(owner.edits.count(), 0u);
+}
+
+TEST(PendingEdits, are_asked_for_once_where_they_do_not_come_back)
+{
+  Owner owner;
+  owner.edits.add(facesOf("a", {1}));
+  owner.edits.add(facesOf("b", {2}, "a"));
+  owner.work();
+  owner.now += 5s;
+  owner.work();
+  EXPECT_EQ(owner.asked, Names{});
+  owner.now += 1ms;
+  owner.work();
+  owner.work();
+  EXPECT_EQ(owner.asked, Names{"a"}) << "the other one has not been sent";
+  owner.now += 10s;
+  owner.work();
+  ASSERT_EQ(owner.edits.failed(), 1u);
+  owner.edits.sendAgain();
+  owner.work();
+  owner.now += 6s;
+  owner.work();
+  EXPECT_EQ(owner.asked, (Names{"a", "a"})) << "of the second time";
 }
 
 TEST(PendingEdits, the_newest_of_a_label_counts)

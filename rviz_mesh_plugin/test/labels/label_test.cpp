@@ -340,7 +340,7 @@ TEST(ShownLabelsTest, labels_are_shared_with_the_set_that_brought_them)
 }
 
 /// It is asked for when the mesh is there, and may come after labels that are newer.
-TEST(ShownLabelsTest, the_first_complete_set_takes_back_nothing_that_has_come_since)
+TEST(ShownLabelsTest, a_complete_set_that_is_expected_takes_back_nothing_that_has_come_since)
 {
   auto mesh = std::make_shared<MeshData>();
   mesh->uuid = "mesh";
@@ -366,4 +366,11 @@ TEST(ShownLabelsTest, the_first_complete_set_takes_back_nothing_that_has_come_si
   add(store, true, {{"changed", {6}}});
   ASSERT_EQ(store.labels().size(), 1u);
   EXPECT_EQ(store.labels().at("changed")->faces, Faces{6});
+  // But for one that is asked for.
+  store.expectAll();
+  EXPECT_TRUE(store.isComplete()) << "what was known is known";
+  add(store, false, {{"new", {9}}});
+  add(store, true, {{"new", {1}}, {"changed", {2}}});
+  EXPECT_EQ(store.labels().at("new")->faces, Faces{9});
+  EXPECT_EQ(store.labels().at("changed")->faces, Faces{2});
 }

@@ -89,6 +89,7 @@ LABEL_WIDGETS = Widgets(
         "class": f'{LABELS} > QDialog > QComboBox[editable="true"]',
         "instance": f"{LABELS} > QDialog > QLineEdit",
         "into": f"{LABELS} > QInputDialog QComboBox",
+        "config: Discard": 'QMessageBox QPushButton[text*="Discard"]',
         "html": "QColorShower > QLineEdit, QtPrivate--QColorShower > QLineEdit",
         "file": "QFileDialog #fileNameEdit",
         "type": "QFileDialog #fileTypeCombo",
@@ -257,6 +258,7 @@ class RvizLabelPanel(LabellingCase):
             self.hide_and_isolate(screen)
             self.export_and_import(screen)
             self.work_without_server(screen, server)
+            self.close_with_edits(screen)
 
     def publish_costs(self, topic):
         """A layer that is 1 on the higher ground, and 0 on the lower one."""
@@ -463,6 +465,15 @@ class RvizLabelPanel(LabellingCase):
             lambda: self.clusters() == self.labels,
             "stored faces",
         )
+
+    def close_with_edits(self, screen):
+        """Ctrl+Q, Save; RViz itself asks about its configuration. What the last step has stored may
+        not have come back yet: the new server may not be connected to RViz in both ways."""
+        screen.do("key", "ctrl+q")
+        screen.click_away("dialog: Save")
+        screen.click("config: Discard")
+        self.assertEqual(screen.child[1].wait(timeout=60), 0)
+        self.assertEqual(self.in_file(), self.labels)
 
 
 if __name__ == "__main__":
