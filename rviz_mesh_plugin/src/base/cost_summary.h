@@ -33,6 +33,12 @@ struct CostSummary
   /// interpolated linearly between ranks. Of more than EXACT_PERCENTILES costs the answer lies
   /// between the costs 0.01 percent below and above that rank. 0 where there is no finite cost.
   float percentile(double percent) const;
+
+  /// Whether all costs are 0: as far as this layer tells, everything is free.
+  bool isAllFree() const
+  {
+    return finite > 0 && limits.lower == 0.0f && limits.upper == 0.0f && lethal + unknown == 0;
+  }
 };
 
 /// Takes a fifth of the time of a sort, 20 ms and more per million costs: for the thread that

@@ -182,6 +182,7 @@ void TexturedMeshDisplay::reset()
     remark_.disconnect();
     layer_info_.disconnect();
     requests_.restart();
+    costs_tell_ = false;
     store_.clear();
     pending_costs_.clear();
     if (appearances_) {
@@ -307,8 +308,11 @@ void TexturedMeshDisplay::offerChoices()
     }
   }
   const MeshAttributes& attributes = store_.attributes();
+  // Automatic goes to costs that tell something, and not away from them where all becomes free.
+  costs_tell_ |= std::any_of(attributes.costs.begin(), attributes.costs.end(),
+                             [](const auto& layer) { return !layer->summary.isAllFree(); });
   properties_->setAvailable(attributes.colors != nullptr, attributes.materials != nullptr,
-                            !types.empty());
+                            !types.empty(), costs_tell_ || attributes.costs.empty());
   properties_->costs().setCostsTypes(types);
   cost_types_ = std::move(types);
 }

@@ -56,7 +56,8 @@ MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
   display_type_ =
       new rviz::EnumProperty("Display Type", "Fixed Color",
                              "What the faces are colored by. Automatic: textures, else vertex "
-                             "colors, else costs, else heights, whichever the map has.",
+                             "colors, else costs (unless all are 0), else heights, "
+                             "whichever the map has.",
                              parent, SLOT(onDisplayType()), this);
   addFaces(sources, styles, display_type_);
   addTextures(sources, styles, display_type_);
@@ -239,12 +240,13 @@ void MeshProperties::offerTypes()
   }
 }
 
-void MeshProperties::setAvailable(bool colors, bool materials, bool costs)
+void MeshProperties::setAvailable(bool colors, bool materials, bool costs, bool costs_tell)
 {
   const std::array<bool, 8> available{true, colors, materials, costs, true, true, true, true};
-  if (available != available_) {
+  if (available != available_ || costs_tell != costs_tell_) {
     const DisplayType before = displayType();
     available_ = available;
+    costs_tell_ = costs_tell;
     if (displayType() == before) {
       offerTypes();
     } else {
@@ -346,7 +348,8 @@ DisplayType MeshProperties::displayType() const
   }
   for (DisplayType type :
        {DisplayType::TEXTURES, DisplayType::VERTEX_COLOR, DisplayType::VERTEX_COSTS}) {
-    if (available_[static_cast<std::size_t>(type)]) {
+    const bool tells = type != DisplayType::VERTEX_COSTS || costs_tell_;
+    if (tells && available_[static_cast<std::size_t>(type)]) {
       return type;
     }
   }

@@ -60,7 +60,8 @@ class MeshProperties : public QObject
   /// For those that have not been chosen yet.
   void proposeTopics(const QString& costs, const QString& colors);
 
-  void setAvailable(bool colors, bool materials, bool costs);
+  /// @param costs_tell false: all of them are free, which heights tell more than
+  void setAvailable(bool colors, bool materials, bool costs, bool costs_tell);
 
   /// What a display begins with that no file says anything of: the best that the map has, in a
   /// perceptual scale, without lines; else the defaults of .rviz files in the field.
@@ -131,6 +132,7 @@ class MeshProperties : public QObject
   PropertyValue<MeshStyle> style_;
   PropertyValue<Section> section_;
   std::optional<MeshSource> given_;
+  bool costs_tell_ = true;
   /// Data for the display types.
   std::array<bool, 8> available_{true, false, false, false, true, true, true, true};
   CostProperties* costs_;

@@ -1,11 +1,19 @@
+#include <memory>
 #include <string>
+#include <vector>
+
+#include <QComboBox>
+#include <QStyleOptionViewItem>
 
 #include <gtest/gtest.h>
 #include <rviz/config.h>
+#include <rviz/properties/enum_property.h>
 
 #include "support/display_fixture.h"
 
 namespace {
+
+const osmesa_harness::Rgb VIRIDIS_LOW{68, 1, 84}, VIRIDIS_HIGH{253, 231, 37};
 
 double slope(double x, double)
 {
@@ -34,6 +42,17 @@ class AutomaticTest : public DisplayFixture
     return find(display, path)->getValue().toString().toStdString();
   }
 
+  /// Waits until a list of choices has this one.
+  static bool offers(Display* display, const std::vector<const char*>& path, const char* choice)
+  {
+    return spinUntil([&] {
+      const QStyleOptionViewItem option;
+      auto* list = dynamic_cast<rviz::EnumProperty*>(find(display, path));
+      const std::unique_ptr<QWidget> editor(list->createEditor(nullptr, option));
+      return dynamic_cast<const QComboBox&>(*editor).findText(choice) >= 0;
+    });
+  }
+
   /// Of points at both ends of the slope: from above, 100 pixels a meter.
   static testing::AssertionResult shows(const osmesa_harness::Rgb& low,
                                         const osmesa_harness::Rgb& high)
@@ -55,28 +74,43 @@ class AutomaticTest : public DisplayFixture
 
 TEST_F(AutomaticTest, the_best_that_the_map_has_is_shown_without_lines)
 {
-  const osmesa_harness::Rgb viridis_low{68, 1, 84}, viridis_high{253, 231, 37};
   auto* display = add();
   EXPECT_EQ(valueOf(display, {"Display Type"}), "Automatic");
   EXPECT_EQ(valueOf(display, {"Show Wireframe"}), "false");
   EXPECT_EQ(valueOf(display, {"Show Normals"}), "false");
   ASSERT_TRUE(show(display, test_meshes::terrain(8, slope)));
-  EXPECT_TRUE(shows(viridis_low, viridis_high)) << "heights";
+  EXPECT_TRUE(shows(VIRIDIS_LOW, VIRIDIS_HIGH)) << "heights";
   // Falling along x, so the other way round.
   std::vector<float> values;
   for (int i = 0; i < 81; ++i) {
     values.push_back(static_cast<float>(8 - i % 9));
   }
   costs.publish(test_meshes::costs("height_diff", values));
-  EXPECT_TRUE(shows(viridis_high, viridis_low)) << "the only layer";
+  EXPECT_TRUE(shows(VIRIDIS_HIGH, VIRIDIS_LOW)) << "the only layer";
   EXPECT_EQ(valueOf(display, {"Display Type", "Vertex Costs Type"}), "height_diff");
   costs.publish(test_meshes::costs("Combined Costs", std::vector<float>(81, 1.0f)));
-  EXPECT_TRUE(shows(viridis_low, viridis_low));
+  EXPECT_TRUE(shows(VIRIDIS_LOW, VIRIDIS_LOW));
   EXPECT_EQ(valueOf(display, {"Display Type", "Vertex Costs Type"}), "Combined Costs");
   colors.publish(
       test_meshes::colors(std::vector<std_msgs::ColorRGBA>(81, test_meshes::color(0, 0, 1))));
   EXPECT_TRUE(shows({0, 0, 255}, {0, 0, 255}));
   EXPECT_EQ(valueOf(display, {"Display Type"}), "Automatic");
+}
+
+/// As those of a map without layers.
+TEST_F(AutomaticTest, costs_of_0_alone_are_not_shown_before_others_were)
+{
+  auto* display = add();
+  ASSERT_TRUE(show(display, test_meshes::terrain(8, slope)));
+  const std::vector<float> all_free(81, 0.0f);
+  costs.publish(test_meshes::costs("Combined Costs", all_free));
+  ASSERT_TRUE(offers(display, {"Display Type", "Vertex Costs Type"}, "Combined Costs"));
+  EXPECT_TRUE(shows(VIRIDIS_LOW, VIRIDIS_HIGH)) << "heights tell more";
+  costs.publish(test_meshes::costs("Combined Costs", std::vector<float>(81, 1.0f)));
+  EXPECT_TRUE(shows(VIRIDIS_LOW, VIRIDIS_LOW));
+  costs.publish(test_meshes::costs("Combined Costs", all_free));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "from 0 to 0"));
+  EXPECT_TRUE(shows(VIRIDIS_LOW, VIRIDIS_LOW));
 }
 
 TEST_F(AutomaticTest, what_the_user_looks_at_stays)
