@@ -359,7 +359,7 @@ OptionalStatus hiddenStatus(const std::vector<MeshDataConstPtr>& meshes)
     return std::nullopt;
   }
   const std::string way_out =
-      ": 'Show All' in the panel Cluster Labels, or Ctrl+H with its tool, shows them";
+      ": 'Show All' in the panel ClusterLabel, or Ctrl+H with its tool, shows them";
   return hidden == all ? StatusLine::warn("nothing is drawn: all ",
                                           counted(all, "face is", "faces are"), " hidden", way_out)
                        : StatusLine::ok(hidden, " of ", counted(all, "face is", "faces are"),

@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <exception>
-#include <iostream>
-#include <optional>
 
 #include <ros/console.h>
-#include <ros/init.h>
 #include <rviz/tool_manager.h>
 #include <rviz/visualization_manager.h>
 #include <rviz/window_manager_interface.h>
-#include <QEvent>
 #include <QGridLayout>
 #include <QGuiApplication>
 #include <QHeaderView>
@@ -24,7 +20,7 @@
 #include <QStyle>
 #include <QTimer>
 
-#include "panel/label_dialogs.h"
+#include "panel/label_closing.h"
 #include "panel/label_list_view.h"
 #include "panel/zoom_button.h"
 #include "picking/surface_picker.h"
@@ -35,70 +31,6 @@ namespace {
 constexpr int PERIOD = 50;  // milliseconds
 const char* const TOOL_CLASS = "rviz_mesh_plugin/ClusterLabel";
 const char* const NAME_KEY = "ClusterName";  // as released
-
-using SharedSession = std::shared_ptr<LabelSession>;
-
-bool hasUnsaved(const LabelSession& session)
-{
-  return session.unstored() + session.unsaved() > 0;
-}
-
-std::string lossOf(const LabelSession& session)
-{
-  const std::string failure = session.failure();
-  return describeLoss(session.unsaved(), session.unstored()) +
-         (failure.empty() ? "" : "\n\n" + failure);
-}
-
-/// Stores what is not stored, then saves: to be called until that is over.
-/// @param saving whether it has come to that
-/// @return why it could not be saved, or an empty string; nothing while it goes on
-std::optional<std::string> storeAndSave(LabelSession& session, bool& saving)
-{
-  const bool failed = session.failed() > 0;  // others may wait for that one
-  if (session.isSaving() || (!failed && session.unstored() > 0)) {
-    return std::nullopt;
-  }
-  if (saving || failed) {
-    return std::string();
-  }
-  saving = true;
-  std::string problem = session.save();
-  return problem.empty() ? std::nullopt : std::make_optional(problem);
-}
-
-void askWithoutPanel(const SharedSession& session, QWidget* window, const std::string& problem);
-
-/// Asks once more where that fails.
-void saveWithoutPanel(const SharedSession& session, QWidget* window)
-{
-  auto* timer = new QTimer(window);
-  QObject::connect(timer, &QTimer::timeout, window, [=, saving = false]() mutable {
-    try {
-      session->work(nullptr);
-      if (const auto problem = storeAndSave(*session, saving)) {
-        timer->deleteLater();
-        timer->stop();
-        if (hasUnsaved(*session)) {
-          askWithoutPanel(session, window, *problem);
-        }
-      }
-    } catch (const std::exception& error) {
-      timer->stop();
-      ROS_ERROR("labels are not saved: %s", error.what());
-    }
-  });
-  session->sendAgain();
-  timer->start(PERIOD);
-}
-
-void askWithoutPanel(const SharedSession& session, QWidget* window, const std::string& problem)
-{
-  askButton(
-      window, "Labels Not Saved",
-      QString::fromStdString("The panel of labels is gone. " + lossOf(*session) + problem),
-      {"Save"}, [session, window](int) { saveWithoutPanel(session, window); }, "Discard");
-}
 
 }  // namespace
 
@@ -192,7 +124,9 @@ ClusterLabelPanel::~ClusterLabelPanel()
 {
   try {
     commands_.reset();
-    askWhenGone();
+    if (closing_) {
+      closing_->askWithoutPanel();
+    }
   } catch (const std::exception& error) {
     ROS_ERROR("panel of labels: %s", error.what());
   }
@@ -203,6 +137,8 @@ void ClusterLabelPanel::onInitialize()
   try {
     session_ = std::make_shared<LabelSession>(vis_manager_);
     commands_ = std::make_unique<LabelCommands>(session_.get(), this);
+    closing_ = std::make_unique<LabelClosing>(
+        session_, this, [this](const std::string& problem) { commands_->say(problem); });
     model_ = new LabelListModel(session_.get(), this);
     list_->setModel(model_);
     // Nothing is cut off: where there is no room for all columns, the list scrolls.
@@ -267,11 +203,12 @@ void ClusterLabelPanel::work()
   std::string failure;
   try {
     followTool();
-    followWindow();
+    rviz::WindowManagerInterface* windows = vis_manager_->getWindowManager();
+    closing_->watch(windows ? windows->getParentWindow() : window());
     session_->work(commands_->tool() ? commands_->tool()->mesh() : nullptr);
     commands_->work();
     followList();
-    continueClosing();
+    closing_->work();
   } catch (const std::exception& error) {
     failure = std::string("this went wrong: ") + error.what();
     ROS_ERROR_THROTTLE(10, "panel of labels: %s", failure.c_str());
@@ -298,16 +235,6 @@ void ClusterLabelPanel::followTool()
     tool_asked_for_ = true;
     tools->addTool(TOOL_CLASS);
     find();
-  }
-}
-
-void ClusterLabelPanel::followWindow()
-{
-  rviz::WindowManagerInterface* windows = vis_manager_->getWindowManager();
-  QWidget* main = windows ? windows->getParentWindow() : window();
-  if (main && main != window_) {
-    window_ = main;
-    window_->installEventFilter(this);
   }
 }
 
@@ -417,92 +344,6 @@ void ClusterLabelPanel::showSituation()
   }
   if (status_->text() != text) {
     status_->setText(text);
-  }
-}
-
-/// Nobody can be asked before RViz removes a panel. The window that is closed is asked before.
-void ClusterLabelPanel::askWhenGone()
-{
-  if (!session_ || !hasUnsaved(*session_)) {
-    return;
-  }
-  if (!loss_told_) {
-    ROS_WARN("The panel of labels is gone. %s", lossOf(*session_).c_str());
-  }
-  if (window_ && window_ != this && window_->isVisible() && ros::ok()) {
-    askWithoutPanel(std::move(session_), window_, {});
-  }
-}
-
-bool ClusterLabelPanel::eventFilter(QObject* object, QEvent* event)
-{
-  try {
-    if (object == window_ && event->type() == QEvent::Close && !mayClose()) {
-      event->ignore();
-      askToClose();
-      return true;
-    }
-  } catch (const std::exception& error) {
-    ROS_ERROR("panel of labels: %s", error.what());
-  }
-  return rviz::Panel::eventFilter(object, event);
-}
-
-bool ClusterLabelPanel::mayClose()
-{
-  if (closing_ == Closing::NOW || !session_ || !hasUnsaved(*session_)) {
-    return true;
-  }
-  if (ros::ok()) {
-    return false;
-  }
-  // Ctrl+C, or somebody ends the node: RViz closes its windows until they are gone. ROS_WARN says
-  // nothing any more.
-  if (!loss_told_) {
-    loss_told_ = true;
-    std::cerr << "RViz ends. " << lossOf(*session_) << std::endl;
-  }
-  return true;
-}
-
-void ClusterLabelPanel::askToClose()
-{
-  closing_ = Closing::NO;
-  if (question_ && question_->isVisible()) {
-    return;
-  }
-  question_ = askButton(this, "Labels Not Saved", QString::fromStdString(lossOf(*session_)),
-                        {"Save", "Discard"}, [this](int button) {
-                          if (button == 0) {
-                            session_->sendAgain();
-                            saving_ = false;
-                            closing_ = Closing::SAVING;
-                          } else {
-                            closing_ = Closing::NOW;
-                            QMetaObject::invokeMethod(
-                                this, [this] { continueClosing(); }, Qt::QueuedConnection);
-                          }
-                        });
-}
-
-/// Where something fails, it is asked once more.
-void ClusterLabelPanel::continueClosing()
-{
-  if (closing_ == Closing::SAVING) {
-    if (const auto problem = storeAndSave(*session_, saving_)) {
-      commands_->say(*problem);
-      closing_ = Closing::NOW;
-      if (hasUnsaved(*session_)) {
-        askToClose();
-      }
-    }
-  }
-  if (closing_ == Closing::NOW && window_) {
-    const QPointer<ClusterLabelPanel> self(this);
-    window_->close();
-    if (self) {  // somebody else may have been against it
-      closing_ = Closing::NO;
-    }
   }
 }
 

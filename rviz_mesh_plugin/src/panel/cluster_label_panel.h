@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <QPointer>
-
 #ifndef Q_MOC_RUN
 #include <rviz/panel.h>
 
@@ -24,6 +22,7 @@ class QTimer;
 
 namespace rviz_mesh_plugin {
 
+class LabelClosing;
 class ZoomButton;
 struct ZoomTarget;
 
@@ -51,10 +50,6 @@ class ClusterLabelPanel : public rviz::Panel
   /// Null before initialize().
   LabelSession* session() { return session_.get(); }
 
- protected:
-  /// Of the main window.
-  bool eventFilter(QObject* object, QEvent* event) override;
-
  private Q_SLOTS:
   void work();
 
@@ -63,7 +58,6 @@ class ClusterLabelPanel : public rviz::Panel
   void createList();
   void press(LabelAction action);
   void followTool();
-  void followWindow();
   void followList();
   LabelSituation situation() const;
   void showSituation();
@@ -71,13 +65,9 @@ class ClusterLabelPanel : public rviz::Panel
   MeshDataConstPtr meshToZoomTo() const;
   ZoomTarget zoomTarget() const;
 
-  bool mayClose();
-  void askToClose();
-  void continueClosing();
-  void askWhenGone();
-
   std::shared_ptr<LabelSession> session_;
   std::unique_ptr<LabelCommands> commands_;
+  std::unique_ptr<LabelClosing> closing_;
   LabelListModel* model_ = nullptr;
   QLineEdit* name_;
   QTableView* list_;
@@ -87,18 +77,6 @@ class ClusterLabelPanel : public rviz::Panel
   QTimer* timer_;
   std::string failure_;  ///< of work()
   bool tool_asked_for_ = false;
-
-  enum class Closing
-  {
-    NO,
-    SAVING,  ///< once edits are stored
-    NOW
-  };
-  Closing closing_ = Closing::NO;
-  bool saving_ = false;  ///< they are stored
-  bool loss_told_ = false;
-  QPointer<QWidget> window_;    ///< the main one
-  QPointer<QWidget> question_;  ///< whether to close it
 };
 
 }  // namespace rviz_mesh_plugin

@@ -146,7 +146,7 @@ std::string describe(const LabelSituation& situation)
     text += ", " + counted(situation.unstored, "edit", "edits") + " not stored yet";
   }
   if (situation.saving) {
-    text += ", saving…";
+    text += ", being saved";
   } else if (situation.unsaved > 0) {
     text += ", " + counted(situation.unsaved, "label", "labels") + " not saved in the map";
   }
@@ -154,7 +154,7 @@ std::string describe(const LabelSituation& situation)
     text += ", " + counted(situation.hidden, "face is", "faces are") + " hidden";
   }
   if (situation.file_busy) {
-    text += ", a file is being read or written…";
+    text += ", a file is being read or written";
   }
   return text + ".";
 }
