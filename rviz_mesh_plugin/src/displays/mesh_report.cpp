@@ -46,11 +46,21 @@ void MeshReport::report(const QueuedAttributes& queue, const std::string& workin
   lines.report("Costs", costsStatus(costs(queue)));
   lines.report("Colors", colorsStatus(colors(queue)));
   lines.report("Textures", texturesStatus(textures(queue)));
-  lines.report("Section", sectionStatus(properties_.sectionShown(), properties_.section(),
-                                        store_.newest().get()));
-  lines.report("Hidden", hiddenStatus(store_.meshes()));
+  reportSeen(lines);
   lines.report("Labels", labelsStatus(labels(queue)));
   lines.report("Services", sources_.services().report().status(ServiceReport::State::FAILED));
+}
+
+/// What is left by section and hidden faces.
+void MeshReport::reportSeen(StatusLines& lines)
+{
+  const MeshDataConstPtr mesh = store_.newest();
+  const Section section = properties_.section();
+  const bool in_section = in_section_.any(mesh, section, nullptr);
+  const bool seen = seen_.any(mesh, section, mesh ? hiddenFaces(*mesh) : nullptr);
+  lines.report("Section",
+               sectionStatus(properties_.sectionShown(), section, mesh.get(), !in_section));
+  lines.report("Hidden", hiddenStatus(store_.meshes(), section.cuts() && in_section && !seen));
 }
 
 void MeshReport::findSilentTopics(const QueuedAttributes& queue)

@@ -6,6 +6,7 @@
 #include "base/status_lines.h"
 #include "incoming/attribute_queue.h"
 #include "mesh_view/mesh_status.h"
+#include "mesh_view/seen_faces.h"
 #include "ros_client/topic_directory.h"
 #include "sources/mesh_sources.h"
 
@@ -37,6 +38,7 @@ class MeshReport
 
  private:
   void findSilentTopics(const QueuedAttributes& queue);
+  void reportSeen(StatusLines& lines);
   StatusLine topic(const Reception& geometry) const;
   /// Why nothing comes from a topic; else empty.
   std::string problem(MeshMember part) const;
@@ -56,6 +58,8 @@ class MeshReport
   const MeshAppearances& appearances_;
   const Legend& legend_;
   TopicDirectory& directory_;
+  SeenFaces in_section_;
+  SeenFaces seen_;  ///< there, and not hidden
 };
 
 }  // namespace rviz_mesh_plugin

@@ -309,7 +309,7 @@ OptionalStatus texturesStatus(const TexturesState& state)
                     line + refusals(state.reception) + refusals(state.textures_reception)};
 }
 
-OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData* mesh)
+OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData* mesh, bool empty)
 {
   if (!shown) {
     return std::nullopt;
@@ -344,10 +344,13 @@ OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData*
   if (mesh && !section.touches(*mesh)) {
     return StatusLine::warn("all of the mesh is cut away but ", kept, reach);
   }
+  if (mesh && empty) {
+    return StatusLine::warn("nothing is drawn: no face of the mesh is at ", kept, reach);
+  }
   return StatusLine::ok("the mesh is cut: what is drawn, pointed at and selected is ", kept, reach);
 }
 
-OptionalStatus hiddenStatus(const std::vector<MeshDataConstPtr>& meshes)
+OptionalStatus hiddenStatus(const std::vector<MeshDataConstPtr>& meshes, bool section_hidden)
 {
   std::size_t hidden = 0, all = 0;
   for (const MeshDataConstPtr& mesh : meshes) {
@@ -360,10 +363,14 @@ OptionalStatus hiddenStatus(const std::vector<MeshDataConstPtr>& meshes)
   }
   const std::string way_out =
       ": 'Show All' in the panel ClusterLabel, or Ctrl+H with its tool, shows them";
-  return hidden == all ? StatusLine::warn("nothing is drawn: all ",
-                                          counted(all, "face is", "faces are"), " hidden", way_out)
-                       : StatusLine::ok(hidden, " of ", counted(all, "face is", "faces are"),
-                                        " hidden", way_out);
+  if (hidden == all) {
+    return StatusLine::warn("nothing is drawn: all ", counted(all, "face is", "faces are"),
+                            " hidden", way_out);
+  }
+  const std::string some = joined(hidden, " of ", counted(all, "face is", "faces are"), " hidden");
+  return section_hidden
+             ? StatusLine::warn("nothing is drawn: ", some, ", all of the section", way_out)
+             : StatusLine::ok(some, way_out);
 }
 
 OptionalStatus labelsStatus(const LabelsState& state)

@@ -95,10 +95,14 @@ OptionalStatus colorsStatus(const ColorsState& state);
 OptionalStatus costsStatus(const CostsState& state);
 OptionalStatus texturesStatus(const TexturesState& state);
 /// @param mesh the newest; null: there is none
-OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData* mesh);
+/// @param empty no face of it is in the section
+OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData* mesh,
+                             bool empty = false);
 
 /// How many of their faces are hidden; none where none is.
-OptionalStatus hiddenStatus(const std::vector<MeshDataConstPtr>& meshes);
+/// @param section_hidden what there is in the section is hidden, all of it
+OptionalStatus hiddenStatus(const std::vector<MeshDataConstPtr>& meshes,
+                            bool section_hidden = false);
 OptionalStatus labelsStatus(const LabelsState& state);
 
 }  // namespace rviz_mesh_plugin

@@ -152,7 +152,11 @@ void ZoomButton::finish()
         say("Nothing of it is in the section of its display: there is nothing to zoom to");
         return;
       }
-      zoomTo(*views->getCurrent(), boxInFixedFrame(seen, shown));
+      if (!zoomTo(*views->getCurrent(), boxInFixedFrame(seen, shown))) {
+        say("This view does not show it: it lies behind its camera (TopDownOrtho sees nothing "
+            "above "
+            "500 m). Choose another view, as Orbit");
+      }
       context->queueRender();
       return;
     }

@@ -12,9 +12,9 @@
 #include "base/vectors.h"
 #include "displays/display_tree.h"
 #include "displays/textured_mesh_display.h"
+#include "mesh_view/selectable_faces.h"
 #include "picking/surface_index.h"
 #include "rendering/finite_bounds.h"
-#include "selection/selectable_faces.h"
 
 namespace rviz_mesh_plugin {
 namespace {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include <OgreCamera.h>
 #include <OgreSceneNode.h>
@@ -56,14 +58,15 @@ Ogre::AxisAlignedBox boxInFixedFrame(const Bounds& bounds, const ShownMesh& mesh
   return box;
 }
 
-void zoomTo(rviz::ViewController& view, const Ogre::AxisAlignedBox& box)
+bool zoomTo(rviz::ViewController& view, const Ogre::AxisAlignedBox& box)
 {
   const Ogre::Vector3 middle = box.getCenter();
+  view.update(0.0f, 0.0f);  // else its camera stands where it stood in the last frame
   const float radius = std::max(box.getHalfSize().length(), LEAST_RADIUS);
   const Ogre::Camera* const camera = view.getCamera();
   if (!camera) {
     view.lookAt(middle);
-    return;
+    return true;
   }
   const Ogre::SceneNode* const frame = camera->getParentSceneNode();  // of positions
   const auto inFrame = [&](const Ogre::Vector3& point) {
@@ -82,11 +85,16 @@ void zoomTo(rviz::ViewController& view, const Ogre::AxisAlignedBox& box)
   const Ogre::Vector3 direction = camera->getDerivedDirection();
   auto* const yaw = find<rviz::FloatProperty>(view, "Yaw");
   auto* const pitch = find<rviz::FloatProperty>(view, "Pitch");
-  const float angles[] = {yaw ? yaw->getFloat() : 0.0f, pitch ? pitch->getFloat() : 0.0f};
+  auto* const roll = find<rviz::FloatProperty>(view, "Roll");
+  std::vector<std::pair<rviz::FloatProperty*, float>> angles;
+  for (auto* const angle : {yaw, pitch, roll}) {
+    if (angle) {
+      angles.emplace_back(angle, angle->getFloat());
+    }
+  }
   view.lookAt(middle);
-  if (yaw && pitch) {
-    yaw->setFloat(angles[0]);
-    pitch->setFloat(angles[1]);
+  for (const auto& angle : angles) {
+    angle.first->setFloat(angle.second);
   }
   const float meters = distanceFor(radius, *camera);
   if (auto* scale = find<rviz::FloatProperty>(view, "Scale")) {
@@ -102,6 +110,8 @@ void zoomTo(rviz::ViewController& view, const Ogre::AxisAlignedBox& box)
   } else if (auto* position = find<rviz::VectorProperty>(view, "Position")) {
     position->setVector(inFrame(middle - meters * direction));
   }
+  view.update(0.0f, 0.0f);
+  return camera->getDerivedDirection().dotProduct(middle - camera->getDerivedPosition()) > 0.0f;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -20,6 +20,7 @@ Ogre::AxisAlignedBox boxInFixedFrame(const Bounds& bounds, const ShownMesh& mesh
 /// looks to; by the properties of its view, which are saved with it. Views that turn about a point
 /// (Orbit, XYOrbit, ThirdPersonFollower) take the middle of the box for it, those from above move
 /// and change their scale, FPS goes where the box is seen from. Any other view looks at the middle.
-void zoomTo(rviz::ViewController& view, const Ogre::AxisAlignedBox& box);
+/// @return false: it is behind the camera, as above that of TopDownOrtho
+bool zoomTo(rviz::ViewController& view, const Ogre::AxisAlignedBox& box);
 
 }  // namespace rviz_mesh_plugin

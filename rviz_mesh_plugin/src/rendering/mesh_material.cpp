@@ -197,6 +197,7 @@ void MeshMaterial::applyOverlay(const Ogre::ColourValue& color, const Section& s
   SurfaceLook look;
   look.color = color;
   look.translucent = color.a < 1.0f;
+  look.overlay = true;
   look.section = section;
   material_->removeAllTechniques();
   for (Ogre::Pass* pass :

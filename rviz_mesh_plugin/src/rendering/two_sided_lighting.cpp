@@ -25,6 +25,11 @@ const char* const CUT_FRAGMENT_PROGRAM = "rviz_mesh_plugin/two_sided_lighting_se
 const char* const CUT_TEXTURED_PROGRAM =
     "rviz_mesh_plugin/two_sided_lighting_textured_section.frag";
 const char* const CUT_UNLIT_PROGRAM = "rviz_mesh_plugin/unlit_section.frag";
+// Of what lies on all of a mesh once more, in one color: what is handed from vertices to fragments
+// counts there, for each of many small faces.
+const char* const OVERLAY_VERTEX_PROGRAM = "rviz_mesh_plugin/overlay.vert";
+const char* const OVERLAY_PROGRAM = "rviz_mesh_plugin/overlay.frag";
+const char* const CUT_OVERLAY_PROGRAM = "rviz_mesh_plugin/overlay_section.frag";
 
 // Colors travel in gl_FrontColor: of all varyings only that one obeys flat shading, by which each
 // face has the color of its last vertex.
@@ -49,6 +54,23 @@ void main()
   texture_position = gl_MultiTexCoord0.xy;
   gl_FrontColor = gl_Color;
   gl_BackColor = gl_Color;
+}
+)glsl";
+
+const char* const OVERLAY_VERTEX_SOURCE = R"glsl(#version 120
+uniform mat4 world_view_projection;
+uniform mat4 world_view;
+uniform mat4 normal_matrix;
+varying vec3 view_position;
+varying vec3 view_normal;
+varying vec3 surface_point;
+
+void main()
+{
+  surface_point = gl_Vertex.xyz;
+  gl_Position = world_view_projection * gl_Vertex;
+  view_position = (world_view * gl_Vertex).xyz;
+  view_normal = (normal_matrix * vec4(gl_Normal, 0.0)).xyz;
 }
 )glsl";
 
@@ -103,17 +125,14 @@ vec4 surfaceColor()
 
 // The side that is seen is told by the plane of the facet and not by gl_FrontFacing: that one is
 // reversed in textures (OGRE mirrors them) and wrong where faces are wound against their normals.
-const char* const FRAGMENT_REST = R"glsl(
-uniform float flat_shading;
+const char* const LIGHT = R"glsl(
 uniform float ambient_share;
 uniform vec4 light_direction;
 uniform vec4 light_color;
 uniform mat4 view;
 uniform float underside_share;
-uniform float contour_interval;
 varying vec3 view_position;
 varying vec3 view_normal;
-varying vec3 to_eye;
 
 vec3 unitOr(vec3 v, vec3 otherwise)
 {
@@ -121,17 +140,41 @@ vec3 unitOr(vec3 v, vec3 otherwise)
   return square > 0.0 ? v * inversesqrt(square) : otherwise;
 }
 
-void main()
+vec3 lightSeen(vec3 to_eye, bool is_flat)
 {
   vec3 facet = unitOr(cross(dFdx(view_position), dFdy(view_position)), vec3(0.0, 0.0, 1.0));
   facet = dot(facet, to_eye) < 0.0 ? -facet : facet;
-  vec3 normal = flat_shading > 0.5 ? facet : unitOr(view_normal, facet);
+  vec3 normal = is_flat ? facet : unitOr(view_normal, facet);
   normal = dot(normal, facet) < 0.0 ? -normal : normal;
   float share = max(dot(normal, -light_direction.xyz), 0.0);
-  vec4 color = surfaceColor();
   vec3 light = mix(vec3(ambient_share), vec3(1.0), share * light_color.rgb);
   vec3 up = (view * vec4(0.0, 0.0, 1.0, 0.0)).xyz;
-  light *= mix(underside_share, 1.0, 0.5 + 0.5 * dot(normal, up));
+  return light * mix(underside_share, 1.0, 0.5 + 0.5 * dot(normal, up));
+}
+)glsl";
+
+const char* const OVERLAY = R"glsl(
+uniform vec4 surface_color;
+uniform mat4 projection;
+
+void main()
+{
+  vec3 to_eye = projection[3][3] == 0.0 ? -view_position : vec3(0.0, 0.0, 1.0);
+  vec3 light = lightSeen(to_eye, false);
+  cut();  // after what looks at neighboring fragments
+  gl_FragColor = vec4(surface_color.rgb * light, surface_color.a);
+}
+)glsl";
+
+const char* const FRAGMENT_REST = R"glsl(
+uniform float flat_shading;
+uniform float contour_interval;
+varying vec3 to_eye;
+
+void main()
+{
+  vec3 light = lightSeen(to_eye, flat_shading > 0.5);
+  vec4 color = surfaceColor();
   if (contour_interval > 0.0) {
     float at = surface_point.z / contour_interval;
     float pixels = abs(fract(at - 0.5) - 0.5) / max(fwidth(at), 1e-6);
@@ -171,19 +214,22 @@ void ensurePrograms()
 {
   using std::string;
   ensureProgram(VERTEX_PROGRAM, Ogre::GPT_VERTEX_PROGRAM, VERTEX_SOURCE);
+  ensureProgram(OVERLAY_VERTEX_PROGRAM, Ogre::GPT_VERTEX_PROGRAM, OVERLAY_VERTEX_SOURCE);
   const auto ensure = [](const char* name, const string& source) {
     ensureProgram(name, Ogre::GPT_FRAGMENT_PROGRAM, source);
   };
-  ensure(FRAGMENT_PROGRAM, string(WHOLE) + FRAGMENT_START + FRAGMENT_REST);
-  ensure(TEXTURED_PROGRAM, string(WHOLE) + TEXTURED_START + FRAGMENT_REST);
-  ensure(CUT_FRAGMENT_PROGRAM, string(CUT) + FRAGMENT_START + FRAGMENT_REST);
-  ensure(CUT_TEXTURED_PROGRAM, string(CUT) + TEXTURED_START + FRAGMENT_REST);
+  ensure(FRAGMENT_PROGRAM, string(WHOLE) + FRAGMENT_START + LIGHT + FRAGMENT_REST);
+  ensure(TEXTURED_PROGRAM, string(WHOLE) + TEXTURED_START + LIGHT + FRAGMENT_REST);
+  ensure(CUT_FRAGMENT_PROGRAM, string(CUT) + FRAGMENT_START + LIGHT + FRAGMENT_REST);
+  ensure(CUT_TEXTURED_PROGRAM, string(CUT) + TEXTURED_START + LIGHT + FRAGMENT_REST);
   ensure(CUT_UNLIT_PROGRAM, string(CUT) + UNLIT);
+  ensure(OVERLAY_PROGRAM, string(WHOLE) + LIGHT + OVERLAY);
+  ensure(CUT_OVERLAY_PROGRAM, string(CUT) + LIGHT + OVERLAY);
 }
 
-void setVertexProgram(Ogre::Pass* pass)
+void setVertexProgram(Ogre::Pass* pass, const char* program = VERTEX_PROGRAM)
 {
-  pass->setVertexProgram(VERTEX_PROGRAM);
+  pass->setVertexProgram(program);
   if (pass->getVertexProgram()->isSupported()) {
     const auto parameters = pass->getVertexProgramParameters();
     parameters->setIgnoreMissingParams(true);
@@ -213,6 +259,7 @@ void setFragmentParameters(Ogre::GpuProgramParameters* parameters, const Surface
   parameters->setNamedConstant("underside_share", UNDERSIDE_SHARE);
   parameters->setNamedConstant("contour_interval", look.contour_interval);
   parameters->setNamedAutoConstant("view", Parameters::ACT_VIEW_MATRIX);
+  parameters->setNamedAutoConstant("projection", Parameters::ACT_PROJECTION_MATRIX);
   parameters->setNamedAutoConstant("light_direction", Parameters::ACT_LIGHT_DIRECTION_VIEW_SPACE,
                                    0);
   parameters->setNamedAutoConstant("light_color", Parameters::ACT_LIGHT_DIFFUSE_COLOUR, 0);
@@ -223,14 +270,16 @@ void setFragmentParameters(Ogre::GpuProgramParameters* parameters, const Surface
 void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceLook& look)
 {
   ensurePrograms();
-  const bool textured = look.from == SurfaceLook::Color::TEXTURE;
+  const bool textured = look.from == SurfaceLook::Color::TEXTURE, cut = look.section.cuts();
   pass->setCullingMode(Ogre::CULL_NONE);
   pass->setLightingEnabled(true);
-  setVertexProgram(pass);
-  if (look.section.cuts()) {
-    pass->setFragmentProgram(textured ? CUT_TEXTURED_PROGRAM : CUT_FRAGMENT_PROGRAM);
+  setVertexProgram(pass, look.overlay ? OVERLAY_VERTEX_PROGRAM : VERTEX_PROGRAM);
+  if (look.overlay) {
+    pass->setFragmentProgram(cut ? CUT_OVERLAY_PROGRAM : OVERLAY_PROGRAM);
+  } else if (textured) {
+    pass->setFragmentProgram(cut ? CUT_TEXTURED_PROGRAM : TEXTURED_PROGRAM);
   } else {
-    pass->setFragmentProgram(textured ? TEXTURED_PROGRAM : FRAGMENT_PROGRAM);
+    pass->setFragmentProgram(cut ? CUT_FRAGMENT_PROGRAM : FRAGMENT_PROGRAM);
   }
   if (pass->getFragmentProgram()->isSupported()) {
     setFragmentParameters(pass->getFragmentProgramParameters().get(), look);

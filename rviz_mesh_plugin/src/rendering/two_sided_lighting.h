@@ -33,6 +33,7 @@ struct SurfaceLook
   Color from = Color::ONE;
   Ogre::ColourValue color;
   float alpha = 1.0f;         ///< multiplies that of vertices, parts and the texture
+  bool overlay = false;       ///< ONE, no flat shading, no contour lines: by less per face
   bool flat_shading = false;  ///< lit by the planes of the faces
   bool translucent = false;
   bool one_color_per_face = false;  ///< VERTICES: that of the last vertex
@@ -46,7 +47,7 @@ struct SurfaceLook
 /// the light grazes. Beside it there is light from above, so that floors differ from walls: level
 /// ground keeps its color, what looks down has UNDERSIDE_SHARE of it.
 ///
-/// The pass gets a pair of GLSL 1.20 programs, which all passes of this process share, and no
+/// The pass gets a pair of GLSL 1.20 programs, which passes of this process share, and no
 /// culling.
 void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceLook& look);
 

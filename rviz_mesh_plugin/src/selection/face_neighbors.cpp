@@ -7,7 +7,7 @@
 #include <mesh_map/mesh/topology.h>
 
 #include "base/vectors.h"
-#include "selection/selectable_faces.h"
+#include "mesh_view/selectable_faces.h"
 #include "threads/cancellation.h"
 
 namespace rviz_mesh_plugin {

@@ -11,7 +11,7 @@
 
 #include "base/erase_if.h"
 #include "base/vectors.h"
-#include "selection/selectable_faces.h"
+#include "mesh_view/selectable_faces.h"
 
 namespace rviz_mesh_plugin {
 namespace {

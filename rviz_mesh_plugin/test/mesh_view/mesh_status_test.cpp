@@ -326,6 +326,8 @@ TEST(SectionStatus, tells_what_is_cut_away_and_how_far_the_mesh_reaches)
   section.upper[1] = 0.25f;
   EXPECT_TRUE(says(sectionStatus(true, section, nullptr), StatusLine::OK,
                    "is height from 1 to 2.5 m, x from -0.5 m, y to 0.25 m"));
+  EXPECT_TRUE(says(sectionStatus(true, section, mesh.get(), true), StatusLine::WARN,
+                   "nothing is drawn: no face of the mesh is at height from 1 to 2.5 m, x from"));
   section.lower[2] = 2.0f;
   EXPECT_TRUE(says(sectionStatus(true, section, mesh.get()), StatusLine::WARN,
                    "all of the mesh is cut away but height from 2 to 2.5 m"));
@@ -364,6 +366,8 @@ TEST(MeshStatus, says_how_many_faces_are_hidden)
   hide({1});
   EXPECT_TRUE(says(rviz_mesh_plugin::hiddenStatus({mesh}), StatusLine::OK,
                    "1 of 2 faces are hidden: 'Show All'"));
+  EXPECT_TRUE(says(rviz_mesh_plugin::hiddenStatus({mesh}, true), StatusLine::WARN,
+                   "nothing is drawn: 1 of 2 faces are hidden, all of the section: 'Show All'"));
   hide({0, 1});
   EXPECT_TRUE(says(rviz_mesh_plugin::hiddenStatus({mesh}), StatusLine::WARN,
                    "nothing is drawn: all 2 faces are hidden"));

@@ -64,16 +64,24 @@ TEST_F(ViewZoomTest, every_view_sees_all_of_the_box_and_little_else)
         view().subProp("Target Frame")->setValue(frame);
         spinFrames(3);
         const auto before = view().getCamera()->getDerivedDirection();
-        rviz_mesh_plugin::zoomTo(view(), rviz_mesh_plugin::boxInFixedFrame(bounds, mesh));
+        const auto up = view().getCamera()->getDerivedUp();
+        EXPECT_TRUE(
+            rviz_mesh_plugin::zoomTo(view(), rviz_mesh_plugin::boxInFixedFrame(bounds, mesh)));
         spinFrames(3);
         const double seen = farthest(bounds, mesh);
         EXPECT_LT(seen, 1.0) << "all of it";
         EXPECT_GT(seen, 0.15) << "and little else";
         EXPECT_GT(before.dotProduct(view().getCamera()->getDerivedDirection()), 0.999f)
             << "in the same direction";
+        EXPECT_GT(up.dotProduct(view().getCamera()->getDerivedUp()), 0.999f) << "upright";
       }
     }
   }
+  manager()->getViewManager()->setCurrentViewControllerType("rviz/TopDownOrtho");
+  mesh.position.z = 840;  // its camera is at 500
+  EXPECT_FALSE(rviz_mesh_plugin::zoomTo(view(), rviz_mesh_plugin::boxInFixedFrame(small, mesh)));
+  mesh.position.z = 5;
+  manager()->getViewManager()->setCurrentViewControllerType("rviz/ThirdPersonFollower");
   // What has no size.
   rviz_mesh_plugin::zoomTo(view(), rviz_mesh_plugin::boxInFixedFrame(Bounds{}, mesh));
   spinFrames(2);

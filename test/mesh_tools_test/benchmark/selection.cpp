@@ -263,7 +263,7 @@ void measureGui(ClusterLabelTool& tool)
     }
     send(to, QEvent::MouseButtonRelease, modifiers);
   };
-  tell("frame_plain", frameTime());
+  const double plain_before = frameTime();
   edit("box", [&] { drag({2, 2}, {WIDTH - 3, HEIGHT - 3}, 3, Qt::NoModifier); });
   tell("gui_box_faces", static_cast<double>(tool.selection().count()));
   edit("undo", [&] { key(Qt::Key_Z, Qt::ControlModifier); });
@@ -272,6 +272,7 @@ void measureGui(ClusterLabelTool& tool)
   edit("all", [&] { key(Qt::Key_A, Qt::ControlModifier); });
   tell("frame_all_selected", frameTime());
   edit("invert", [&] { key(Qt::Key_I, Qt::ControlModifier); });
+  tell("frame_plain", 0.5 * (plain_before + frameTime()));  // nothing is selected, as before
   tool.getPropertyContainer()->subProp("Brush Radius")->setValue(5.0f);
   edit("brush", [&] {
     drag({WIDTH / 2 - 100, HEIGHT / 2}, {WIDTH / 2 + 100, HEIGHT / 2}, 10, Qt::ControlModifier);

@@ -99,11 +99,10 @@ std::size_t LabelParts::upload(std::size_t& left)
     left -= std::min(left, std::max<std::size_t>(1, bytes));
     uploaded += bytes;
   }
-  if (isComplete()) {
-    drawable_ = true;
-    if (!changing_) {
-      work_.reset();
-    }
+  // Though others may have been set meanwhile: where that goes on, nothing would ever be drawn.
+  drawable_ |= levels_ && coming_.empty() && last_;
+  if (isComplete() && !changing_) {
+    work_.reset();
   }
   return uploaded;
 }

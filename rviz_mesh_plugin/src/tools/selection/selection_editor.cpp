@@ -8,11 +8,11 @@
 #include <OgreViewport.h>
 #include <rviz/display_context.h>
 
+#include "mesh_view/selectable_faces.h"
 #include "picking/label_lookup.h"
 #include "picking/surface_index.h"
 #include "rendering/labels/label_parts.h"
 #include "selection/face_neighbors.h"
-#include "selection/selectable_faces.h"
 #include "tools/selection/brush_path.h"
 #include "tools/selection/face_hiding.h"
 #include "tools/selection/search_target.h"

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <set>
 
+#include "mesh_view/selectable_faces.h"
 #include "picking/view_geometry.h"
-#include "selection/selectable_faces.h"
 #include "selection/selection_visual.h"
 #include "selection_tool_fixture.h"
 

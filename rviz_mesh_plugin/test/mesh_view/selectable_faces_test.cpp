@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "base/vectors.h"
-#include "selection/selectable_faces.h"
+#include "mesh_view/selectable_faces.h"
 #include "threads/cancellation.h"
 
 using rviz_mesh_plugin::FaceBits;

@@ -1,4 +1,4 @@
-#include "selection/selectable_faces.h"
+#include "mesh_view/selectable_faces.h"
 
 #include <algorithm>
 #include <cmath>
