@@ -54,7 +54,8 @@ class FastMarchingUneven
       return;
     }
     const bool is_low = height_ < HIGH * base_;
-    time_ = is_low ? low * base_ : time;
+    scale_ = is_low ? low : slowness.onBase();
+    time_ = scale_ * base_;
     if (std::fabs(u_ - v_) < time_) {
       const bool is_near = is_low && std::min(u_, v_) < NEAR * time_;
       share_ = is_near ? SHARE : 0.0;
@@ -67,6 +68,9 @@ class FastMarchingUneven
   {
     const double precise = PRECISE * (slowness_ + 0.5 * rise_) * height_;
     if (labels_ != KINKED && bendAt(0.0) >= 0.0) {
+      if (labels_ == ROUND && isLeastAtEarlierEnd()) {
+        return NOT_REACHED;
+      }
       const double start = labels_ == ROUND ? startOfRound() : startOfStraight();
       return leastBetween(0.0, 1.0, start, precise, label);
     }
@@ -102,9 +106,10 @@ class FastMarchingUneven
   {
     const double x = t * base_ - along_;
     const double length = std::max(std::sqrt(x * x + squared_height_), 1e-300);
-    const double slow = slowness_ + rise_ * t, turn = base_ * x / length;
+    const double inverse = 1.0 / length;
+    const double slow = slowness_ + rise_ * t, turn = base_ * x * inverse;
     Through way = {slow * length, rise_ * length + slow * turn,
-                   2.0 * rise_ * turn + slow * (base_ * base_ - turn * turn) / length};
+                   2.0 * rise_ * turn + slow * (base_ * base_ - turn * turn) * inverse};
     if (labels_ == STRAIGHT) {
       way.time += u_ + (v_ - u_) * t;
       way.slope += v_ - u_;
@@ -113,8 +118,9 @@ class FastMarchingUneven
     const double squared = u_ * u_ * (1.0 - t) + v_ * v_ * t - time_ * time_ * t * (1.0 - t);
     double label = std::sqrt(std::max(0.0, squared)), slope = t < 0.5 ? time_ : -time_;
     if (label > 0.0) {  // else the source is at an end
-      slope = 0.5 * ((v_ - u_) * (v_ + u_) - time_ * time_ * (1.0 - 2.0 * t)) / label;
-      way.bend += std::max(0.0, time_ * time_ - slope * slope) / label;
+      const double inverse_label = 1.0 / label;
+      slope = 0.5 * ((v_ - u_) * (v_ + u_) - time_ * time_ * (1.0 - 2.0 * t)) * inverse_label;
+      way.bend += std::max(0.0, time_ * time_ - slope * slope) * inverse_label;
     }
     if (labels_ == KINKED) {
       way.bend = 0.0;  // of no use
@@ -140,6 +146,21 @@ class FastMarchingUneven
            (slowness_ + rise_ * t) * base_ * squared_height_;
   }
 
+  /// Do ways through round labels, convex along the base, become longer from its earlier end on?
+  bool isLeastAtEarlierEnd() const
+  {
+    const bool is_first = u_ < v_;
+    const double early = is_first ? u_ : v_, late = is_first ? v_ : u_;
+    const double x = is_first ? along_ : base_ - along_, squared = x * x + squared_height_;
+    const double slow = is_first ? slowness_ : slowness_ + rise_;
+    const double rise = is_first ? rise_ : -rise_;
+    // The slope there is (labels / early + way / length) with the length of the way as square root.
+    const double labels = 0.5 * ((late - early) * (late + early) - time_ * time_);
+    const double way = early * (rise * squared - slow * base_ * x);
+    const double difference = way * std::fabs(way) + labels * std::fabs(labels) * squared;
+    return difference > 0.0;
+  }
+
   double beginOfConvex() const
   {
     double low = 0.0, high = 1.0;
@@ -153,11 +174,11 @@ class FastMarchingUneven
   /// Where the straight way from the source crosses the base.
   double startOfRound() const
   {
-    const double foot = 0.5 * (time_ + (u_ - v_) * (u_ + v_) / time_);
-    const double depth = std::sqrt(std::max(0.0, (u_ - foot) * (u_ + foot)));
-    const double scale = time_ / base_, height = scale * height_;
-    const double sum = depth + height;
-    return sum > 0.0 ? (foot * height + scale * along_ * depth) / (time_ * sum) : 0.5;
+    // Times twice the base: less is divided.
+    const double longest = 2.0 * time_ * u_, foot = time_ * time_ + (u_ - v_) * (u_ + v_);
+    const double depth = std::sqrt(std::max(0.0, (longest - foot) * (longest + foot)));
+    const double height = scale_ * height_, sum = time_ * (depth + 2.0 * time_ * height);
+    return sum > 0.0 ? (foot * height + scale_ * along_ * depth) / sum : 0.5;
   }
 
   /// The same of a straight front, with the slowness of the middle.
@@ -177,18 +198,18 @@ class FastMarchingUneven
     const bool is_bounded = label < NOT_REACHED;  // then this is convex, and above its tangents
     double t =
         std::min(std::max(start, first + 0.02 * (last - first)), last - 0.02 * (last - first));
-    Through way = at(t);
     for (int i = 0; i < 100 && high - low > 1e-15; ++i) {
-      const double excess = 0.5 * way.slope * way.slope / way.bend;
-      if (way.bend > 0.0 && excess <= precise) {
-        return way.time - excess;
-      }
+      const Through way = at(t);
       const double most = way.slope < 0.0 ? high - t : t - low;
       if (is_bounded && way.time - std::fabs(way.slope) * most >= label) {
         return NOT_REACHED;
       }
+      const double step = way.slope / way.bend, excess = 0.5 * way.slope * step;
+      if (way.bend > 0.0 && excess <= precise) {
+        return way.time - excess;
+      }
       (way.slope < 0.0 ? low : high) = t;
-      const double next = way.bend > 0.0 ? t - way.slope / way.bend : 0.5 * (low + high);
+      const double next = way.bend > 0.0 ? t - step : 0.5 * (low + high);
       if (way.slope < 0.0) {
         is_low_known = true;
         if (next >= high && !is_high_known) {
@@ -207,9 +228,8 @@ class FastMarchingUneven
         }
       }
       t = next > low && next < high ? next : 0.5 * (low + high);
-      way = at(t);
     }
-    return way.time;
+    return at(t).time;
   }
 
   /// Where slowness changes a lot along a thin triangle, ways beyond the base are convex behind
@@ -241,7 +261,7 @@ class FastMarchingUneven
   }
 
   double u_, v_, base_, along_, height_, squared_height_, slowness_, rise_;
-  double time_ = 0.0, share_ = 0.0;
+  double scale_ = 0.0, time_ = 0.0, share_ = 0.0;
   Labels labels_ = STRAIGHT;
 };
 
