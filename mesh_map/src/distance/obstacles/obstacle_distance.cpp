@@ -17,9 +17,15 @@ namespace {
 
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
-/// Parts are at least this many times as wide as the maximum distance: what is that near is solved
-/// with both.
+/// Parts of the mesh, and the slabs that threads solve, are at least this many times as wide as the
+/// maximum distance: what is that near to two slabs is solved with both.
 constexpr double PART_WIDTH = 16.0;
+
+/// Few, since each costs what is near to its ends; more than one, so that threads come to an end at
+/// about the same time.
+constexpr std::size_t SLABS_PER_THREAD = 2;
+/// In a slab, about: between them it is seen at the latest that it was canceled.
+constexpr std::size_t MOST_OBSTACLES = 16384;
 
 /// Where one of two rows of flags is set, and the other one is not: ascending.
 std::vector<std::uint32_t> differences(ArrayView<std::uint8_t> one,
@@ -61,18 +67,13 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   known_ = false;  // until it ends
   lethal_.assign(lethal.begin(), lethal.end());
   clear(threads);
-  // Those that take longest first: threads come to an end at about the same time.
-  std::vector<std::size_t> order(parts_.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
-    return borders_[a].size() > borders_[b].size();
-  });
+  const std::vector<WindowScope> wanted = slabs(resolveThreads(threads));
   std::atomic<bool> is_done{true};
-  parallelFor(parts_.size(), 1, threads, [&]() -> RangeBody {
+  parallelFor(wanted.size(), 1, threads, [&]() -> RangeBody {
     const auto propagation = std::make_shared<WindowPropagation>(*mesh_, max_distance_);
     return [&, propagation](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end && is_done; ++i) {
-        if (!solvePart(order[i], *propagation, cancel)) {
+        if (!solveIn(wanted[i], *propagation, cancel)) {
           is_done = false;
         }
       }
@@ -101,35 +102,60 @@ void ObstacleDistance::clear(unsigned threads)
       }
     };
   });
-  borders_.assign(parts_.size(), {});
+  border_.clear();
   longest_ = 0.0;
   for (std::size_t chunk = 0; chunk < found.size(); ++chunk) {
     longest_ = std::max(longest_, longest[chunk]);
-    for (const std::uint32_t v : found[chunk]) {
-      borders_[parts_.partOf(v)].push_back(v);
-    }
+    border_.insert(border_.end(), found[chunk].begin(), found[chunk].end());
   }
 }
 
-bool ObstacleDistance::solvePart(std::size_t part, WindowPropagation& propagation,
-                                 const std::atomic<bool>* cancel)
+/// The mesh in slabs across its longest axis, with about as many obstacles in each: with as much to
+/// do.
+std::vector<WindowScope> ObstacleDistance::slabs(std::size_t threads) const
 {
-  const double reach = max_distance_ + longest_;
-  std::vector<std::uint32_t> border = borders_[part];
-  for (std::size_t other = 0; other < parts_.size(); ++other) {
-    if (other != part && parts_.isNear(other, part, reach)) {
-      for (const std::uint32_t v : borders_[other]) {
-        if (parts_.isVertexNear(v, part, reach)) {
-          border.push_back(v);
-        }
-      }
+  WindowScope rest;
+  rest.axis = parts_.axis();
+  std::vector<double> sample;
+  for (std::size_t i = 0; i < border_.size(); i += border_.size() / 4096 + 1) {
+    const double at = rest.at(mesh_->position(border_[i]));
+    if (std::isfinite(at)) {
+      sample.push_back(at);
     }
   }
-  if (!propagation.run(lethal_, border, parts_.scope(part), cancel)) {
+  std::sort(sample.begin(), sample.end());
+  const std::size_t count =
+      std::max(threads > 1 ? SLABS_PER_THREAD * threads : 1, border_.size() / MOST_OBSTACLES);
+  const double width = PART_WIDTH * max_distance_;
+  std::vector<WindowScope> slabs;
+  for (std::size_t i = 1; i < count && !sample.empty(); ++i) {
+    const double cut = sample[i * sample.size() / count];
+    if (cut - std::max(rest.low, sample.front()) > width && sample.back() - cut > width) {
+      slabs.push_back(rest);
+      slabs.back().high = rest.low = cut;
+    }
+  }
+  slabs.push_back(rest);
+  return slabs;
+}
+
+/// What is in one of the slabs.
+bool ObstacleDistance::solveIn(const WindowScope& slab, WindowPropagation& propagation,
+                               const std::atomic<bool>* cancel)
+{
+  const double reach = max_distance_ + longest_;
+  std::vector<std::uint32_t> border;
+  for (const std::uint32_t v : border_) {
+    const double at = slab.at(mesh_->position(v));
+    if (!(at < slab.low - reach || at > slab.high + reach)) {
+      border.push_back(v);
+    }
+  }
+  if (!propagation.run(lethal_, border, slab, cancel)) {
     return false;
   }
   for (const std::uint32_t v : propagation.reached()) {
-    if (parts_.isIn(v, part)) {
+    if (slab.isIn(mesh_->position(v))) {
       take(v, propagation);
     }
   }

@@ -54,7 +54,9 @@ class ObstacleDistance
   const FastMarchingMesh& mesh() const { return *mesh_; }
 
  private:
-  bool solvePart(std::size_t part, WindowPropagation& propagation, const std::atomic<bool>* cancel);
+  std::vector<WindowScope> slabs(std::size_t threads) const;
+  bool solveIn(const WindowScope& slab, WindowPropagation& propagation,
+               const std::atomic<bool>* cancel);
   void clear(unsigned threads);
   bool isAtBorder(std::uint32_t v) const;
   double longestObstacle(std::uint32_t v) const;
@@ -72,7 +74,7 @@ class ObstacleDistance
       start_;  // PathStart, of vertices with a finite distance above 0; else 0
   bool known_ = false;
   VertexParts parts_;
-  std::vector<std::vector<std::uint32_t>> borders_;  // per part, of compute()
+  std::vector<std::uint32_t> border_;  // lethal vertices next to others, of compute()
   double longest_ = 0.0;  // at least the length of any edge between lethal vertices at borders
   std::unique_ptr<WindowPropagation> around_;  // of update()
   std::vector<float> gaps_;                    // of update(): the maximum distance in between

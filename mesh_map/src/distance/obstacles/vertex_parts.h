@@ -10,8 +10,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "distance/obstacles/window_propagation.h"
-
 namespace mesh_map {
 
 /// An axis-parallel box.
@@ -61,32 +59,15 @@ class VertexParts
     return (part == 0 || at >= cuts_[part - 1]) && (part == cuts_.size() || at < cuts_[part]);
   }
 
-  WindowScope scope(std::size_t part) const
-  {
-    WindowScope result;
-    result.axis = axis_;
-    result.low = part > 0 ? double{cuts_[part - 1]} : result.low;
-    result.high = part < cuts_.size() ? double{cuts_[part]} : result.high;
-    return result;
-  }
+  /// The longest one.
+  unsigned axis() const { return axis_; }
 
-  bool isVertexNear(std::uint32_t v, std::size_t part, double distance) const
-  {
-    const WindowScope to = scope(part);
-    const double at = coordinate(v);
-    return at >= to.low - distance && at <= to.high + distance;
-  }
-  /// May it have vertices within a distance of those of another part?
-  bool isNear(std::size_t part, std::size_t other, double distance) const
-  {
-    const WindowScope to = scope(other);
-    return isNear(part, to.low - distance, to.high + distance);
-  }
-  /// ... or of a box?
+  /// May it have vertices within a distance of a box?
   bool isNear(std::size_t part, const std::array<float, 3>& lowest,
               const std::array<float, 3>& highest, double distance) const
   {
-    return isNear(part, lowest[axis_] - distance, highest[axis_] + distance);
+    return (part == 0 || cuts_[part - 1] <= highest[axis_] + distance) &&
+           (part == cuts_.size() || cuts_[part] >= lowest[axis_] - distance);
   }
 
   /// Sorts the vertices into their parts, once. One call at a time.
@@ -117,12 +98,6 @@ class VertexParts
   {
     const PackedPosition& p = mesh_.position(v);
     return axis_ == 0 ? p.x : axis_ == 1 ? p.y : p.z;
-  }
-
-  bool isNear(std::size_t part, double low, double high) const
-  {
-    const WindowScope own = scope(part);
-    return own.low <= high && own.high >= low;
   }
 
   const FastMarchingMesh& mesh_;

@@ -60,6 +60,14 @@ struct WindowScope
   const float* gaps = nullptr;  // per vertex
 
   bool isAll() const { return gaps == nullptr && std::isinf(low) && std::isinf(high); }
+
+  /// Where a vertex is along the axis.
+  double at(const PackedPosition& p) const { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
+  /// Between the two places. Of scopes beside each other, what is at the place is in the upper one.
+  bool isIn(const PackedPosition& p) const
+  {
+    return (std::isinf(low) || at(p) >= low) && (std::isinf(high) || at(p) < high);
+  }
 };
 
 /// Exact distances along the surface from lethal vertices, edges between two of them, and faces
@@ -127,8 +135,7 @@ class WindowPropagation
     if (scope_.gaps != nullptr) {
       return scope_.gaps[v];
     }
-    const PackedPosition& p = mesh_.position(v);
-    const double at = scope_.axis == 0 ? p.x : scope_.axis == 1 ? p.y : p.z;
+    const double at = scope_.at(mesh_.position(v));
     return std::max({0.0, scope_.low - at, at - scope_.high});
   }
   bool canReach(std::uint32_t a, std::uint32_t b, double length, double distance) const;

@@ -39,8 +39,7 @@ bool WindowPropagation::mayLeave(std::uint32_t v, double offset) const
   if (scope_.gaps != nullptr) {
     return true;
   }
-  const PackedPosition& p = mesh_.position(v);
-  const double at = scope_.axis == 0 ? p.x : scope_.axis == 1 ? p.y : p.z;
+  const double at = scope_.at(mesh_.position(v));
   const double reach = max_distance_ - offset;
   return !(at - scope_.low > reach && scope_.high - at > reach);
 }

@@ -231,12 +231,15 @@ TEST(ObstacleDistance, ObstaclesReachIntoOtherParts)
     const FrontSample sample(mesh);
     std::vector<std::uint8_t> lethal(sample.size());
     ObstacleDistance updated(sample.front, 0.5f), anew(sample.front, 0.5f);
+    for (unsigned i = 0; i <= CELLS; i += 4) {
+      lethal[corner(i, 20)] = 1;  // as many in each part
+    }
     lethal[last] = 1;
     updated.compute(lethal);
     EXPECT_EQ(updated.distances()[v], FAR);
     lethal[first] = 1;
     updated.update(lethal, 1.0);
-    anew.compute(lethal);
+    anew.compute(lethal, nullptr, 2);
     EXPECT_NEAR(anew.distances()[v], 0.1, 1e-6);
     EXPECT_NEAR(anew.distances()[v + 3], 0.4, 1e-6);
     ASSERT_NO_FATAL_FAILURE(expectSame(updated, anew));
