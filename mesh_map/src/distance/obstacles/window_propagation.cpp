@@ -238,6 +238,8 @@ bool WindowPropagation::isBestSomewhere(Window& window)
 /// both, what goes to the other one is added to next_. False where nothing goes on.
 bool WindowPropagation::enter(Window& window, std::uint32_t beyond)
 {
+  mesh_.prefetchCorners(beyond);
+  __builtin_prefetch(&labels_[beyond]);
   if (!(window.length > 0.0)) {
     return false;
   }
