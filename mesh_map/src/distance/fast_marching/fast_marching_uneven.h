@@ -25,12 +25,16 @@ struct FastMarchingSlowness
 ///
 /// The least is found to rounding, so what follows is monotone in the labels. At the ends, it is
 /// what comes along the edges.
+///
+/// Most of it is inlined where it is asked: else its numbers go through memory each time.
 class FastMarchingUneven
 {
  public:
   /// `round`: labels on the base are distances from a source. `low` is the least slowness.
-  FastMarchingUneven(double u, double v, const FastMarchingTriangle& triangle,
-                     const FastMarchingSlowness& slowness, bool round, double low)
+  [[gnu::always_inline]] FastMarchingUneven(double u, double v,
+                                            const FastMarchingTriangle& triangle,
+                                            const FastMarchingSlowness& slowness, bool round,
+                                            double low)
       : u_(u),
         v_(v),
         base_(triangle.base),
@@ -64,7 +68,7 @@ class FastMarchingUneven
   }
 
   /// The least that is not at an end. Infinite where there is none, or none below `label`.
-  double least(double label = NOT_REACHED)
+  [[gnu::always_inline]] double least(double label = NOT_REACHED)
   {
     const double precise = PRECISE * (slowness_ + 0.5 * rise_) * height_;
     if (labels_ != KINKED && bendAt(0.0) >= 0.0) {
@@ -102,7 +106,7 @@ class FastMarchingUneven
     double time, slope, bend;
   };
 
-  Through at(double t) const
+  [[gnu::always_inline]] Through at(double t) const
   {
     const double x = t * base_ - along_;
     const double length = std::max(std::sqrt(x * x + squared_height_), 1e-300);
@@ -234,7 +238,7 @@ class FastMarchingUneven
 
   /// Where slowness changes a lot along a thin triangle, ways beyond the base are convex behind
   /// some point only. Before it, labels that are distances may leave more than one least.
-  double leastOfMany(double precise) const
+  [[gnu::noinline]] double leastOfMany(double precise) const
   {
     if (labels_ == STRAIGHT) {
       if (at(1.0).slope <= 0.0) {

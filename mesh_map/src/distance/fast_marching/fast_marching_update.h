@@ -281,7 +281,8 @@ class FastMarchingUpdate
     if (const auto* const later = queue.peek(7)) {
       mesh_.prefetchCorners(later->vertex);
     }
-    if (const auto* const soon = queue.peek(3)) {
+    const auto* const soon = queue.peek(3);
+    if (soon != nullptr && soon->label == labels_[soon->vertex]) {  // half of all are stale
       for (const FastMarchingCorner& c : mesh_.corners(soon->vertex)) {
         mesh_.prefetchVertex(c.a);
         __builtin_prefetch(&labels_[c.a]);
