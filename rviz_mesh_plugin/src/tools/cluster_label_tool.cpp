@@ -293,8 +293,8 @@ void ClusterLabelTool::onFrame()
     if (!editor_->brush() || !(control || gestures_.isDragging())) {
       ball_.reset();
     }
-    if (!result.text.empty()) {
-      tell(result.text);
+    if (result.text) {
+      tell(*result.text);
     }
     showStatus();
   });

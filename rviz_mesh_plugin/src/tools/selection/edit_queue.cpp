@@ -16,19 +16,25 @@ constexpr std::chrono::milliseconds EDITS_BUDGET{15};
 std::string EditQueue::perform(Edit edit)
 {
   edits_.push_back(std::move(edit));
-  return edits_.size() == 1 && !edits_.front().found.valid() ? advance() : std::string();
+  const bool at_once = edits_.size() == 1 && !edits_.front().found.valid();
+  return at_once ? advance().value_or(std::string()) : std::string();
 }
 
-std::string EditQueue::advance()
+std::optional<std::string> EditQueue::advance()
 {
   const auto end = std::chrono::steady_clock::now() + EDITS_BUDGET;
-  std::string last;
+  std::optional<std::string> last;
   while (!edits_.empty()) {
     Edit& first = edits_.front();
     std::string text;
-    const auto begin = std::exchange(first.begin, nullptr);
+    auto begin = std::exchange(first.begin, nullptr);
     if (begin) {
+      first.later = false;
       text = begin(first);
+      if (first.later) {
+        first.begin = std::move(begin);
+        break;
+      }
     }
     if (text.empty() && first.found.valid() &&
         (begin || first.found.wait_for(std::chrono::seconds(0)) != std::future_status::ready)) {
@@ -45,7 +51,9 @@ std::string EditQueue::advance()
       }
       text = text.empty() ? edit.act(std::move(found)) : text;
     }
-    last = text.empty() ? last : text;
+    if (edit.tells) {
+      last = text;
+    }
     if (std::chrono::steady_clock::now() >= end) {
       break;
     }

@@ -6,15 +6,17 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/face_bits.h"
 #include "base/hidden_faces.h"
 #include "base/mesh_data.h"
-#include "selection/selection_regions.h"
 #include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
+
+class BrushMoves;
 
 /// Edits of a selection, one after the other, in the order in which they were asked for: those that
 /// come while faces are being looked for, on a thread, wait for their turn. Texts that are returned
@@ -34,22 +36,25 @@ class EditQueue
   /// What is to be done with the selection.
   struct Edit
   {
-    MeshDataConstPtr mesh;  ///< that has the selection then; null: the same as before
-    /// With its turn: begins to look for faces, or returns why not. Null: that has begun, or there
-    /// is nothing to look for.
+    MeshDataConstPtr mesh;  ///< that has the selection then; null: the same as before, or unknown
+    /// With its turn: begins to look for faces, or returns why not; may set all other members.
+    /// Null: that has begun, or there is nothing to look for.
     std::function<std::string(Edit& edit)> begin;
+    /// Set by begin: what it needs is not there yet, it is to be called again with the next
+    /// advance().
+    bool later = false;
     std::future<Found> found;  ///< invalid: there is nothing to look for
     std::function<std::string(Found found)> act;
-    /// Of the brush, and not begun: may get more regions. Else null.
-    std::shared_ptr<FaceSearch> brush;
-    bool adding = true;  ///< with the brush
+    bool tells = true;                  ///< false: the text of the edit before still holds
+    std::shared_ptr<BrushMoves> brush;  ///< of the brush, and not begun: may get more; else null
   };
 
   /// At once, or with its turn. What has been looked for is taken by advance(), however soon it is
   /// found.
   std::string perform(Edit edit);
-  /// Makes edits that do not have to wait, for some time; returns the last text.
-  std::string advance();
+  /// Makes edits that do not have to wait, for some time. Returns the text of the last one, which
+  /// may be empty; none where none was made that tells anything.
+  std::optional<std::string> advance();
 
   /// Begins on the thread. @param work owns what it uses, and gives up soon after the flag is set
   /// @throw std::system_error where no thread can be started, std::bad_alloc
@@ -59,7 +64,8 @@ class EditQueue
   std::size_t size() const { return edits_.size(); }
   /// Null: none waits.
   Edit* last() { return edits_.empty() ? nullptr : &edits_.back(); }
-  /// That has the selection once all of them are made; null: the same as before.
+  /// That has the selection once all of them are made, as far as they know; null: the same as
+  /// before.
   MeshDataConstPtr comingMesh() const;
 
   /// Returns whether there were any.

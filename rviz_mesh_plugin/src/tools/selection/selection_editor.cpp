@@ -13,8 +13,9 @@
 #include "picking/surface_index.h"
 #include "rendering/labels/label_parts.h"
 #include "selection/face_neighbors.h"
-#include "tools/selection/brush_path.h"
+#include "tools/selection/brush_stroke.h"
 #include "tools/selection/face_hiding.h"
+#include "tools/selection/frozen_view.h"
 #include "tools/selection/search_target.h"
 
 namespace rviz_mesh_plugin {
@@ -49,39 +50,51 @@ SelectionEditor::SelectionEditor(rviz::DisplayContext* context, const SurfacePic
 std::string SelectionEditor::click(const Event& event, const Gesture& gesture,
                                    const SelectionSettings& settings)
 {
+  Edit edit;
+  edit.begin = [this, view = std::make_shared<const FrozenView>(event), adding = gesture.adding,
+                settings](Edit& begun) {
+    return beginClick(begun, view->event(), adding, settings);
+  };
+  return queue_.perform(std::move(edit));
+}
+
+std::string SelectionEditor::beginClick(Edit& edit, const Event& event, bool adding,
+                                        const SelectionSettings& settings)
+{
   const Pick pick = picker_.pick(event, settings.back_faces);
   if (!pick.hit) {
     return pick.reason;
   }
   const MeshDataConstPtr& mesh = pick.hit->mesh;
-  if (!gesture.adding && mesh != comingMesh()) {
+  if (!adding && mesh != session_.mesh()) {
     return NONE_SELECTED;
   }
+  edit.mesh = adding ? mesh : nullptr;
   if (settings.technique == SelectionTechnique::FLOOD) {
-    return flood(event, *pick.hit, gesture.adding, settings);
+    return beginFlood(edit, event, *pick.hit, adding, settings);
   }
-  if (settings.technique == SelectionTechnique::LABEL) {
-    const auto label = labelAt(context_->getRootDisplayGroup(), *mesh, pick.hit->face);
-    if (!label) {
-      return "this face has no label, or no ClusterLabel display is enabled that shows it";
-    }
-    return putLabel(event, *pick.hit, gesture.adding, LabelFacesConstPtr(label, &label->faces),
-                    settings);
+  if (settings.technique != SelectionTechnique::LABEL) {
+    put(edit, mesh, adding, std::make_shared<const FaceSelection::Faces>(1, pick.hit->face));
+    return {};
   }
-  return put(mesh, gesture.adding, std::make_shared<const FaceSelection::Faces>(1, pick.hit->face));
+  const auto label = labelAt(context_->getRootDisplayGroup(), *mesh, pick.hit->face);
+  if (!label) {
+    return "this face has no label, or no ClusterLabel display is enabled that shows it";
+  }
+  putLabel(edit, event, *pick.hit, adding, LabelFacesConstPtr(label, &label->faces), settings);
+  return {};
 }
 
 /// Where only faces count that are seen, it goes from one of these to the next.
-std::string SelectionEditor::flood(const Event& event, const SurfaceHit& hit, bool adding,
-                                   const SelectionSettings& settings)
+std::string SelectionEditor::beginFlood(Edit& edit, const Event& event, const SurfaceHit& hit,
+                                        bool adding, const SelectionSettings& settings)
 {
   std::string reason;
   auto neighbors = neighborsOf(hit.mesh, reason);
   if (!neighbors) {
+    edit.later = reason.empty();
     return reason;
   }
-  Edit edit;
-  edit.mesh = adding ? hit.mesh : nullptr;
   edit.found =
       queue_.ask([neighbors = std::move(neighbors), view = searchInView(hit, event, settings),
                   face = hit.face, angle = settings.flood_angle](const std::atomic<bool>& cancel) {
@@ -95,33 +108,42 @@ std::string SelectionEditor::flood(const Event& event, const SurfaceHit& hit, bo
         return Found{mesh, FaceBits(mesh->faceCount(), region)};
       });
   edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
-  return queue_.perform(std::move(edit));
+  return {};
 }
 
 /// The label's faces, or those of them that are seen.
-std::string SelectionEditor::putLabel(const Event& event, const SurfaceHit& hit, bool adding,
-                                      LabelFacesConstPtr faces, const SelectionSettings& settings)
+void SelectionEditor::putLabel(Edit& edit, const Event& event, const SurfaceHit& hit, bool adding,
+                               LabelFacesConstPtr faces, const SelectionSettings& settings)
 {
   FaceSearch view = searchInView(hit, event, settings);
   if (!view.choosesBySight()) {
-    return put(hit.mesh, adding, std::move(faces));
+    put(edit, hit.mesh, adding, std::move(faces));
+    return;
   }
-  Edit edit;
-  edit.mesh = adding ? hit.mesh : nullptr;
   edit.found = queue_.ask([view = std::move(view), faces = std::move(faces),
                            face = hit.face](const std::atomic<bool>& cancel) {
     const MeshDataConstPtr& mesh = view.shown.mesh;
     return Found{mesh, withFace(view.chosenOf(*faces, &cancel), face, *mesh)};
   });
   edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
-  return queue_.perform(std::move(edit));
 }
 
 std::string SelectionEditor::area(const Event& event, const Gesture& gesture,
                                   const std::vector<Pixel>& path, const SelectionSettings& settings)
 {
-  const bool selected = busy() || !session_.selection().empty();
-  const MeshDataConstPtr mesh = selected ? comingMesh() : nullptr;
+  Edit edit;
+  edit.begin = [this, view = std::make_shared<const FrozenView>(event), gesture, path,
+                settings](Edit& begun) {
+    return beginArea(begun, view->event(), gesture, path, settings);
+  };
+  return queue_.perform(std::move(edit));
+}
+
+std::string SelectionEditor::beginArea(Edit& edit, const Event& event, const Gesture& gesture,
+                                       const std::vector<Pixel>& path,
+                                       const SelectionSettings& settings)
+{
+  const MeshDataConstPtr mesh = session_.selection().empty() ? nullptr : session_.mesh();
   SearchTarget target = gesture.adding ? areaTarget(picker_, mesh, path, event, settings)
                                        : selectedTarget(picker_, mesh, event, settings);
   if (target.searches.empty()) {
@@ -137,11 +159,11 @@ std::string SelectionEditor::area(const Event& event, const Gesture& gesture,
           boxRegion(points.front(), points.back(), to_clip)));
     }
   }
-  return search(std::move(target.searches), gesture.adding,
+  return search(edit, std::move(target.searches), gesture.adding,
                 target.reason.empty() ? NOTHING_THERE : target.reason);
 }
 
-/// The mesh that has the selection once all edits that wait have been made.
+/// The mesh that has the selection once the edits that wait have been made, as far as they know.
 MeshDataConstPtr SelectionEditor::comingMesh() const
 {
   const MeshDataConstPtr coming = queue_.comingMesh();
@@ -172,37 +194,34 @@ std::optional<ShownMesh> SelectionEditor::shownMesh() const
   return std::nullopt;
 }
 
-/// What is in the first of these regions where there is anything.
-std::string SelectionEditor::search(std::vector<FaceSearch> searches, bool adding,
+/// What is in the first of these regions where there is anything; few are found at once.
+std::string SelectionEditor::search(Edit& edit, std::vector<FaceSearch> searches, bool adding,
                                     const std::string& nothing)
 {
   std::size_t most = 0;
   for (const FaceSearch& search : searches) {
     most += std::min(search.most(), MANY_FACES + 1);
   }
-  Edit edit;
   edit.mesh = adding && searches.size() == 1 ? searches.front().shown.mesh : nullptr;
-  if (most <= MANY_FACES) {
-    MeshDataConstPtr mesh;
-    FaceSelection::Faces faces;
-    for (const FaceSearch& search : searches) {
-      if (faces.empty()) {
-        mesh = search.shown.mesh;
-        faces = search();
-      }
-    }
-    if (faces.empty()) {
-      return nothing;
-    }
-    return put(mesh, adding, std::make_shared<const FaceSelection::Faces>(std::move(faces)));
+  if (most > MANY_FACES) {
+    edit.found = queue_.ask([searches = std::move(searches)](const std::atomic<bool>& cancel) {
+      return find(searches, cancel);
+    });
+    edit.act = [this, adding, nothing](const Found& found) {
+      return takeFound(adding, nothing, found);
+    };
+    return {};
   }
-  edit.found = queue_.ask([searches = std::move(searches)](const std::atomic<bool>& cancel) {
-    return find(searches, cancel);
-  });
-  edit.act = [this, adding, nothing](const Found& found) {
-    return takeFound(adding, nothing, found);
-  };
-  return queue_.perform(std::move(edit));
+  for (const FaceSearch& search : searches) {
+    FaceSelection::Faces faces = search();
+    if (!faces.empty()) {
+      put(edit, search.shown.mesh, adding,
+          std::make_shared<const FaceSelection::Faces>(std::move(faces)));
+      return {};
+    }
+  }
+  edit.act = [nothing](const Found& /*found*/) { return nothing; };
+  return {};
 }
 
 SelectionEditor::Found SelectionEditor::find(const std::vector<FaceSearch>& searches,
@@ -217,39 +236,10 @@ SelectionEditor::Found SelectionEditor::find(const std::vector<FaceSearch>& sear
   return Found();
 }
 
-/// Moves of the mouse that come faster than their faces are found are looked for together, so that
-/// no more than one search waits, however long the stroke.
-std::string SelectionEditor::searchForBrush(FaceSearch search, bool adding)
-{
-  Edit* const last = queue_.last();
-  if (last && last->brush && last->adding == adding && last->brush->differsInRegions(search)) {
-    last->brush->regions.insert(last->brush->regions.end(), search.regions.begin(),
-                                search.regions.end());
-    return {};
-  }
-  if (!busy() && search.most() <= MANY_FACES) {
-    return this->search({std::move(search)}, adding, "");
-  }
-  Edit edit;
-  edit.mesh = adding ? search.shown.mesh : nullptr;
-  edit.adding = adding;
-  edit.brush = std::make_shared<FaceSearch>(std::move(search));
-  edit.begin = [this](Edit& begun) -> std::string {
-    const auto brush = std::exchange(begun.brush, nullptr);
-    begun.found =
-        queue_.ask([brush](const std::atomic<bool>& cancel) { return find({*brush}, cancel); });
-    return {};
-  };
-  edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
-  return queue_.perform(std::move(edit));
-}
-
 /// Selects or deselects these; many, of a label, are made bits of on the thread.
-std::string SelectionEditor::put(const MeshDataConstPtr& mesh, bool adding,
-                                 LabelFacesConstPtr faces)
+void SelectionEditor::put(Edit& edit, const MeshDataConstPtr& mesh, bool adding,
+                          LabelFacesConstPtr faces)
 {
-  Edit edit;
-  edit.mesh = adding ? mesh : nullptr;
   if (faces->size() > MANY_FACES) {
     edit.found = queue_.ask([mesh, faces = std::move(faces),
                              selectable = selectableOf(mesh)](const std::atomic<bool>& cancel) {
@@ -258,16 +248,15 @@ std::string SelectionEditor::put(const MeshDataConstPtr& mesh, bool adding,
       return found;
     });
     edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
-  } else {
-    edit.act = [this, mesh, adding, faces = std::move(faces)](const Found& /*found*/) {
-      FaceSelection::Faces seen = *faces;
-      selectableOf(mesh).keep(seen);
-      return apply(mesh, adding, [&](FaceSelection& selection) -> const FaceSelection::Change& {
-        return adding ? selection.select(seen) : selection.deselect(seen);
-      });
-    };
+    return;
   }
-  return queue_.perform(std::move(edit));
+  edit.act = [this, mesh, adding, faces = std::move(faces)](const Found& /*found*/) {
+    FaceSelection::Faces seen = *faces;
+    selectableOf(mesh).keep(seen);
+    return apply(mesh, adding, [&](FaceSelection& selection) -> const FaceSelection::Change& {
+      return adding ? selection.select(seen) : selection.deselect(seen);
+    });
+  };
 }
 
 std::string SelectionEditor::takeFound(bool adding, const std::string& nothing, const Found& found)
@@ -312,10 +301,10 @@ std::string SelectionEditor::apply(const MeshDataConstPtr& mesh, bool adding, co
 
 void SelectionEditor::beginStroke()
 {
-  stroking_ = true;
-  stroke_mesh_.reset();
+  stroke_ = std::make_shared<BrushStroke>();
   brush_.reset();
   Edit edit;
+  edit.tells = false;
   edit.act = [this](const Found& /*found*/) {
     session_.beginStroke();
     return std::string();
@@ -325,11 +314,11 @@ void SelectionEditor::beginStroke()
 
 void SelectionEditor::endStroke()
 {
-  if (!std::exchange(stroking_, false)) {
+  if (!std::exchange(stroke_, nullptr)) {
     return;
   }
-  stroke_mesh_.reset();
   Edit edit;
+  edit.tells = false;
   edit.act = [this](const Found& /*found*/) {
     session_.endStroke();
     return std::string();
@@ -345,31 +334,33 @@ void SelectionEditor::findBrush(const Event& event, const SelectionSettings& set
 std::string SelectionEditor::stroke(const Event& event, const Gesture& gesture,
                                     const SelectionSettings& settings)
 {
-  BrushPath path =
-      followBrush(picker_, *event.viewport, gesture, std::exchange(brush_, std::nullopt), settings);
-  brush_ = std::move(path.last);
-  const auto& hits = path.hits;
-  if (hits.empty()) {
-    return picker_.pick(event, settings.back_faces).reason;
+  if (!stroke_) {
+    return {};
   }
-  if (!stroke_mesh_) {
-    stroke_mesh_ = gesture.adding ? hits.front().mesh : comingMesh();
+  BrushMove move{std::make_shared<const FrozenView>(event), gesture, settings};
+  Edit* const last = queue_.last();
+  std::string text;
+  if (!last || !last->brush || !last->brush->add(stroke_, move)) {
+    Edit edit;
+    edit.brush = std::make_shared<BrushMoves>(stroke_, std::move(move));
+    edit.begin = [this, adding = gesture.adding](Edit& begun) { return beginMoves(begun, adding); };
+    text = queue_.perform(std::move(edit));
   }
-  FaceSearch search;
-  for (const SurfaceHit& hit : hits) {
-    if (hit.mesh == stroke_mesh_) {
-      if (search.regions.empty()) {
-        search = searchIn(hit, event, settings);
-      }
-      search.regions.push_back(
-          std::make_shared<mesh_map::SphereRegion>(hit.point, settings.radius));
-    }
+  brush_ = busy() ? picker_.pick(event, settings.back_faces).hit : stroke_->last();
+  return text;
+}
+
+std::string SelectionEditor::beginMoves(Edit& edit, bool adding)
+{
+  edit.later = !edit.brush->follow(picker_, session_.mesh());
+  if (edit.later) {
+    return {};
   }
-  if (search.regions.empty()) {
-    return stroke_mesh_ ? "the brush stays on the mesh that it touched first"
-                        : "nothing is selected that could be deselected";
+  const auto brush = std::exchange(edit.brush, nullptr);
+  if (brush->search().regions.empty()) {
+    return brush->reason();
   }
-  return searchForBrush(std::move(search), gesture.adding);
+  return search(edit, {std::move(brush->search())}, adding, "");
 }
 
 std::string SelectionEditor::change(const Make& make)
@@ -469,12 +460,12 @@ std::string SelectionEditor::combine(const MeshDataConstPtr& mesh, Combination h
   if (!mesh || !picker_.exists(mesh)) {
     return GONE;
   }
-  if (!adding && mesh != comingMesh()) {
-    return NONE_SELECTED;
-  }
   Edit edit;
   edit.mesh = adding ? mesh : nullptr;
-  edit.begin = [this, mesh, find](Edit& begun) -> std::string {
+  edit.begin = [this, mesh, adding, find](Edit& begun) -> std::string {
+    if (!adding && mesh != session_.mesh()) {
+      return NONE_SELECTED;
+    }
     begun.found =
         queue_.ask([mesh, find, selectable = selectableOf(mesh)](const std::atomic<bool>& cancel) {
           Found found{mesh, find(cancel)};
@@ -536,13 +527,11 @@ std::string SelectionEditor::step(bool undo)
 }
 
 std::shared_ptr<const FaceNeighbors> SelectionEditor::neighborsOf(const MeshDataConstPtr& mesh,
-                                                                  std::string& reason)
+                                                                  std::string& failure)
 {
   const auto state = SurfaceIndex::instance().findNeighbors(mesh);
-  if (!state.neighbors) {
-    reason = state.failure.empty()
-                 ? "which faces lie beside each other is being found out: try again in a moment"
-                 : "which faces lie beside each other cannot be told: " + state.failure;
+  if (!state.failure.empty()) {
+    failure = "which faces lie beside each other cannot be told: " + state.failure;
   }
   return state.neighbors;
 }
@@ -558,6 +547,7 @@ std::string SelectionEditor::growOrShrink(bool grow)
     }
     std::string reason;
     const auto neighbors = neighborsOf(mesh, reason);
+    begun.later = !neighbors && reason.empty();
     const auto ring = [grow, neighbors, mesh, selected = selection.bits(),
                        selectable = selectableOf(mesh)](const std::atomic<bool>& cancel) {
       auto faces = grow ? neighbors->grow(selected, &cancel) : neighbors->shrink(selected, &cancel);
@@ -578,8 +568,7 @@ std::string SelectionEditor::growOrShrink(bool grow)
 bool SelectionEditor::giveUp()
 {
   const bool searching = queue_.giveUp();
-  const bool stroking = std::exchange(stroking_, false);
-  stroke_mesh_.reset();
+  const bool stroking = std::exchange(stroke_, nullptr) != nullptr;
   if (session_.selection().inStroke()) {
     session_.change(&FaceSelection::giveUpStroke);
   }
@@ -589,7 +578,7 @@ bool SelectionEditor::giveUp()
 void SelectionEditor::prepare(const SelectionSettings& settings)
 {
   const auto meshes = picker_.meshes();
-  if (meshes.size() == 1 && !session_.mesh() && !session_.awaited() && !stroking_ && !busy()) {
+  if (meshes.size() == 1 && !session_.mesh() && !session_.awaited() && !stroke_ && !busy()) {
     session_.setMesh(meshes.front().mesh);  // its vertices are uploaded then
   }
   for (const ShownMesh& shown : meshes) {
@@ -605,7 +594,7 @@ SelectionEditor::FrameResult SelectionEditor::dropLostMesh()
     return mesh && !picker_.exists(mesh);
   };
   FrameResult result;
-  if (is_gone(stroke_mesh_)) {
+  if (stroke_ && is_gone(stroke_->mesh())) {
     giveUp();
     result = {"the mesh is gone that the brush was on", true};
   }
@@ -650,9 +639,13 @@ SelectionEditor::FrameResult SelectionEditor::frame()
 {
   FrameResult result = dropLostMesh();
   const std::string returned = takeReturnedMesh();
-  result.text = returned.empty() ? result.text : returned;
-  const std::string text = queue_.advance();
-  result.text = text.empty() ? result.text : text;
+  if (!returned.empty()) {
+    result.text = returned;
+  }
+  const std::optional<std::string> text = queue_.advance();
+  if (text && (!text->empty() || !result.text)) {
+    result.text = text;
+  }
   session_.follow(picker_.meshes());
   return result;
 }

@@ -21,6 +21,7 @@
 
 namespace rviz_mesh_plugin {
 
+class BrushStroke;
 class FaceNeighbors;
 class FaceHiding;
 class SelectableFaces;
@@ -30,7 +31,9 @@ class SelectableFaces;
 ///
 /// What has to look at more than MANY_FACES is done on a thread and taken over by frame(). Edits
 /// change the selection one after the other, in the order in which they were asked for: those that
-/// come while faces are being looked for wait for their turn. giveUp() drops all that wait.
+/// come while faces are being looked for wait for their turn. What is pointed at is found then: in
+/// the picture of the event, of what the edits before it have left shown. giveUp() drops all that
+/// wait.
 ///
 /// Faces are of one mesh: whoever adds faces of another one loses those that were selected. Where
 /// the mesh goes and the same returns, as after Reset, they are selected again.
@@ -47,8 +50,8 @@ class SelectionEditor
   SelectionSession& session() { return session_; }
   const SelectionSession& session() const { return session_; }
 
-  /// The mesh that has the selection once all edits that wait have been made, else the first that
-  /// is shown; none where it is hidden.
+  /// The mesh that has the selection once the edits that wait have been made, as far as that is
+  /// known before their turn, else the first that is shown; none where it is hidden.
   std::optional<ShownMesh> shownMesh() const;
 
   /// What is under the cursor.
@@ -113,7 +116,7 @@ class SelectionEditor
 
   struct FrameResult
   {
-    std::string text;
+    std::optional<std::string> text;  ///< none: the last one still holds
     bool mesh_gone = false;
   };
   /// To be called each frame.
@@ -123,26 +126,31 @@ class SelectionEditor
   using Edit = EditQueue::Edit;
   using Found = EditQueue::Found;
 
-  /// Null: `reason` says why they are not known.
+  /// Null: they are not known yet, or `failure` says why they will not be.
   static std::shared_ptr<const FaceNeighbors> neighborsOf(const MeshDataConstPtr& mesh,
-                                                          std::string& reason);
+                                                          std::string& failure);
   MeshDataConstPtr comingMesh() const;
   SelectableFaces selectableOf(const MeshDataConstPtr& mesh) const;
   using ChangeAmong =
       std::function<const FaceSelection::Change&(FaceSelection& selection, const FaceBits& faces)>;
   std::string changeSelectable(const Make& all, const ChangeAmong& among, bool of_first_mesh);
-  std::string flood(const Event& event, const SurfaceHit& hit, bool adding,
-                    const SelectionSettings& settings);
-  std::string putLabel(const Event& event, const SurfaceHit& hit, bool adding,
-                       LabelFacesConstPtr faces, const SelectionSettings& settings);
+  std::string beginClick(Edit& edit, const Event& event, bool adding,
+                         const SelectionSettings& settings);
+  std::string beginFlood(Edit& edit, const Event& event, const SurfaceHit& hit, bool adding,
+                         const SelectionSettings& settings);
+  void putLabel(Edit& edit, const Event& event, const SurfaceHit& hit, bool adding,
+                LabelFacesConstPtr faces, const SelectionSettings& settings);
+  std::string beginArea(Edit& edit, const Event& event, const Gesture& gesture,
+                        const std::vector<Pixel>& path, const SelectionSettings& settings);
+  std::string beginMoves(Edit& edit, bool adding);
   std::string step(bool undo);
   std::string hide(bool others);
-  std::string put(const MeshDataConstPtr& mesh, bool adding, LabelFacesConstPtr faces);
+  void put(Edit& edit, const MeshDataConstPtr& mesh, bool adding, LabelFacesConstPtr faces);
   std::string apply(const MeshDataConstPtr& mesh, bool adding, const Make& make);
   std::string takeFound(bool adding, const std::string& nothing, const Found& found);
-  std::string search(std::vector<FaceSearch> searches, bool adding, const std::string& nothing);
+  std::string search(Edit& edit, std::vector<FaceSearch> searches, bool adding,
+                     const std::string& nothing);
   static Found find(const std::vector<FaceSearch>& searches, const std::atomic<bool>& cancel);
-  std::string searchForBrush(FaceSearch search, bool adding);
   FrameResult dropLostMesh();
   std::string takeReturnedMesh();
 
@@ -153,8 +161,7 @@ class SelectionEditor
   StepHistories histories_;  ///< of others than the selection
   EditQueue queue_;
   std::optional<SurfaceHit> brush_;
-  bool stroking_ = false;         ///< the button is down; the edits may be behind
-  MeshDataConstPtr stroke_mesh_;  ///< null: it has not touched any
+  std::shared_ptr<BrushStroke> stroke_;  ///< null: the button is up; the edits may be behind
 };
 
 }  // namespace rviz_mesh_plugin

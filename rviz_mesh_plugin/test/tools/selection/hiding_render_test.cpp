@@ -442,16 +442,102 @@ TEST_F(HidingTest, what_is_selected_by_label_is_all_of_it_and_highlighted_where_
   EXPECT_EQ(selected(), all);
 }
 
-TEST_F(HidingTest, what_was_looked_for_before_it_was_hidden_is_not_selected)
+/// Whatever points at the mesh while edits wait finds what these leave shown.
+TEST_F(HidingTest, what_is_pointed_at_is_found_when_its_turn_comes)
 {
   showStoreys();
-  choose("Selection", "Visible Only");
+  choose("Flood Angle", 90.0f);
+  choose("Brush Radius", 0.2f);
+  struct Way
+  {
+    const char* mode;
+    std::vector<Pixel> path;
+    Qt::KeyboardModifiers modifiers;
+    std::size_t of_roof;  ///< at least, where that is shown
+  };
+  const std::vector<Way> ways{{"Box", {A, B}, Qt::NoModifier, 300},
+                              {"Lasso", LASSO, Qt::NoModifier, 100},
+                              {"Box", {{320, 240}}, Qt::NoModifier, 1},
+                              {"Flood", {{320, 240}}, Qt::NoModifier, STOREY},
+                              {"Box", {{300, 220}, {320, 240}}, Qt::ControlModifier, 3}};
+  for (const char* seen : {"Through", "Visible Only"}) {
+    choose("Selection", seen);
+    for (const Way& way : ways) {
+      const auto select = [&](bool shown_again, bool one_by_one) {
+        key(Qt::Key_H, Qt::ControlModifier);
+        EXPECT_TRUE(settle());
+        selectRoof();
+        const auto wait = [&] { EXPECT_TRUE(!one_by_one || settle()); };
+        key(Qt::Key_H);
+        wait();
+        if (shown_again) {
+          EXPECT_TRUE(settle());
+          key(Qt::Key_A, Qt::ControlModifier);  // of what is shown: takes its time
+          wait();
+          key(Qt::Key_H, Qt::ControlModifier);
+          wait();
+        }
+        EXPECT_EQ(tool->busy(), !one_by_one);
+        choose("Mode", way.mode);
+        drag(way.path, Qt::LeftButton, way.modifiers);
+        EXPECT_TRUE(settle());
+        return selected();
+      };
+      const std::string name =
+          std::string(seen) + ", " + way.mode + ", " + std::to_string(way.of_roof);
+      EXPECT_EQ(select(true, false), select(true, true)) << name;
+      EXPECT_GE(ofRoof(), way.of_roof) << name;
+      EXPECT_EQ(select(false, false), select(false, true)) << name;
+      EXPECT_EQ(ofRoof(), 0u) << name;
+    }
+  }
+}
+
+TEST_F(HidingTest, what_waits_is_found_in_the_picture_in_which_it_was_pointed_at)
+{
+  showStoreys();
+  const std::vector<std::function<void()>> ways{
+      [&] {
+        drag({A, B});
+      },
+      [&] {
+        click({320, 240});
+      },
+      [&] {
+        drag({{300, 220}, {320, 240}}, Qt::LeftButton, Qt::ControlModifier);
+      }};
+  choose("Brush Radius", 0.2f);
+  for (std::size_t way = 0; way < ways.size(); ++way) {
+    const auto select = [&](bool one_by_one) {
+      key(Qt::Key_H, Qt::ControlModifier);
+      viewFromAbove();
+      spinFrames();
+      selectRoof();
+      key(Qt::Key_H);
+      EXPECT_TRUE(!one_by_one || settle());
+      ways[way]();
+      lookAt({3, -2, 2.5}, {0.3, -0.2, 0.4});
+      EXPECT_TRUE(settle());
+      return selected();
+    };
+    const Faces expected = select(true);
+    EXPECT_FALSE(expected.empty());
+    EXPECT_EQ(select(false), expected) << way;
+  }
+}
+
+TEST_F(HidingTest, a_text_lasts_no_longer_than_what_it_says)
+{
+  showStoreys();
   selectRoof();
-  key(Qt::Key_H);  // is made ready on the thread,
-  drag({A, B});    // which then looks for this, as it was drawn before
+  key(Qt::Key_H);
+  ASSERT_TRUE(tool->busy());
+  key(Qt::Key_Z, Qt::ControlModifier);
   ASSERT_TRUE(settle());
-  EXPECT_EQ(hidden(), STOREY);
-  EXPECT_EQ(ofRoof(), 0u);
+  spinFrames();
+  EXPECT_EQ(hidden(), 0u);
+  EXPECT_FALSE(says("are hidden")) << said.toStdString();
+  EXPECT_TRUE(says("800 faces are selected")) << said.toStdString();
 }
 
 /// Rays that meet hidden faces go on; all else is as without any.

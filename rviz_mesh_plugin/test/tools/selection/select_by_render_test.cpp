@@ -3,6 +3,7 @@
 #include <cmath>
 #include <future>
 #include <limits>
+#include <optional>
 #include <thread>
 
 #include "picking/view_geometry.h"
@@ -107,7 +108,7 @@ TEST_F(SelectByTest, the_gui_thread_looks_for_nothing)
       });
   EXPECT_EQ(text, "");
   for (int frame = 0; frame < 5; ++frame) {
-    EXPECT_EQ(editor.frame().text, "") << "it goes on while they are looked for";
+    EXPECT_EQ(editor.frame().text, std::nullopt) << "it goes on while they are looked for";
   }
   EXPECT_TRUE(editor.busy());
   EXPECT_TRUE(editor.session().selection().empty());

@@ -215,3 +215,46 @@ TEST_F(SelectionThreadTest, the_highlight_of_many_faces_is_made_on_a_thread)
   EXPECT_TRUE(tool->visual()->isCurrent());
   EXPECT_LT(tool->visual()->gpuBytes(), 24 * shown().mesh->vertexCount() + 1000);
 }
+
+/// Which is found out on a thread, once somebody asks.
+TEST_F(SelectionThreadTest, what_has_to_know_the_neighbors_of_faces_waits_for_them)
+{
+  const std::vector<std::function<void()>> ways{[&] {
+                                                  click({320, 240});
+                                                  for (int i = 0; i < 4; ++i) {
+                                                    key(Qt::Key_Plus);
+                                                  }
+                                                  key(Qt::Key_Minus);
+                                                },
+                                                [&] {
+                                                  choose("Mode", "Flood");
+                                                  click({320, 240});
+                                                  key(Qt::Key_Plus);
+                                                }};
+  for (const auto& way : ways) {
+    Faces faces[2];
+    for (const bool known : {true, false}) {
+      key(Qt::Key_Delete);
+      ASSERT_TRUE(settle());
+      if (!known) {
+        SurfaceIndex::instance().clear();
+        waitUntilPrepared();
+      }
+      way();
+      EXPECT_TRUE(known || tool->busy());
+      ASSERT_TRUE(settle());
+      faces[known ? 1 : 0] = selected();
+    }
+    EXPECT_GT(faces[1].size(), 13u);
+    EXPECT_EQ(faces[0].size(), faces[1].size());
+    EXPECT_TRUE(faces[0] == faces[1]);
+  }
+  SurfaceIndex::instance().clear();
+  waitUntilPrepared();
+  const Faces before = selected();
+  key(Qt::Key_Plus);
+  key(Qt::Key_Escape);
+  EXPECT_FALSE(tool->busy());
+  spinFrames();
+  EXPECT_EQ(selected(), before);
+}
