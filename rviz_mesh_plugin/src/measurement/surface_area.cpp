@@ -28,6 +28,9 @@ const double STEEP_OUTLINE = std::cos(M_PI / 3.0);
 const double WALL = std::sin(5.0 * M_PI / 180.0);
 const double TURNED_OVER = -std::sin(M_PI / 180.0);
 
+/// Faces lie in the same direction from an edge up to this angle between them, in radians.
+constexpr double SAME_ANGLE = 1e-3;
+
 double cross(const Vector2d& a, const Vector2d& b)
 {
   return a[0] * b[1] - a[1] * b[0];
@@ -302,20 +305,49 @@ class View
 
   void flood(const Outline& outline)
   {
-    const std::vector<std::uint32_t> corners = joinedCorners(near_);
-    const mesh_map::Topology topology = mesh_map::buildTopology(corners, near_.vertexCount());
+    corners_of_ = joinedCorners(near_);
+    topology_ = mesh_map::buildTopology(corners_of_, near_.vertexCount());
     throwIfCanceled(cancel_);
-    const mesh_map::EdgeFaces rows = mesh_map::edgeFaces(topology.face_edges, topology.edgeCount());
+    rows_ = mesh_map::edgeFaces(topology_.face_edges, topology_.edgeCount());
     throwIfCanceled(cancel_);
-    std::vector<std::int8_t> sides(faces_.size(), 0);  // 1: as it is, -1: turned round; 0: unknown
+    sides_.assign(faces_.size(), 0);
     const std::vector<std::uint32_t> seeds = findSeeds();
+    int fronts = 0;
     for (const std::uint32_t seed : seeds) {
-      if (sides[seed] == 0) {
-        sides[seed] = facing(seed) >= 0.0 ? 1 : -1;
+      fronts += facing(seed) >= 0.0 ? 1 : -1;
+    }
+    // Most fronts of these faces: a ceiling is measured from below, also where it is of a solid.
+    view_side_ = fronts >= 0 ? 1 : -1;
+    for (const std::uint32_t seed : seeds) {
+      if (sides_[seed] == 0) {
+        sides_[seed] = static_cast<std::int8_t>(facing(seed) >= 0.0 ? view_side_ : -view_side_);
         area_.connected = area_.connected && seed == seeds.front();
-        visit(seed, outline, corners, topology, rows, sides);
+        visit(seed, outline);
       }
     }
+  }
+
+  /// Of faces in the same three places all but the first.
+  bool isCopy(std::uint32_t face) const
+  {
+    return (topology_.face_flags[face] & mesh_map::FACE_DUPLICATE) != 0;
+  }
+
+  std::uint32_t firstCopy(std::uint32_t face) const
+  {
+    const auto places = [&](std::uint32_t of) {
+      const std::uint32_t* const corners = &corners_of_[3 * std::size_t{of}];
+      std::array<std::uint32_t, 3> sorted{corners[0], corners[1], corners[2]};
+      std::sort(sorted.begin(), sorted.end());
+      return sorted;
+    };
+    std::uint32_t first = face;
+    if (isCopy(face)) {
+      for (first = 0; places(first) != places(face);) {
+        ++first;
+      }
+    }
+    return first;
   }
 
   /// Faces of the corners; walls only where there are no others, since they look to neither side.
@@ -325,16 +357,16 @@ class View
     for (const SurfacePoint& corner : corners_) {
       const auto found = std::lower_bound(faces_.begin(), faces_.end(), corner.face);
       if (found != faces_.end() && *found == corner.face) {
-        const auto face = static_cast<std::uint32_t>(found - faces_.begin());
-        (std::abs(facing(face)) < WALL ? steep : level).push_back(face);
+        const std::uint32_t face = firstCopy(static_cast<std::uint32_t>(found - faces_.begin()));
+        (isWall(face) ? steep : level).push_back(face);
       }
     }
     return level.empty() ? steep : level;
   }
 
-  void visit(std::uint32_t seed, const Outline& outline, const std::vector<std::uint32_t>& corners,
-             const mesh_map::Topology& topology, const mesh_map::EdgeFaces& rows,
-             std::vector<std::int8_t>& sides)
+  bool isWall(std::uint32_t face) const { return std::abs(facing(face)) < WALL; }
+
+  void visit(std::uint32_t seed, const Outline& outline)
   {
     std::vector<std::uint32_t> queue{seed};
     for (std::size_t next = 0; next < queue.size(); ++next) {
@@ -345,31 +377,123 @@ class View
       const Polygon polygon = polygonOf(face);
       const bool cut = count(face, polygon, outline);
       for (std::size_t side = 0; side < 3; ++side) {
-        const std::uint32_t edge = topology.face_edges[3 * std::size_t{face} + side];
-        if (edge == mesh_map::NO_INDEX ||
-            (cut && !outline.meets(polygon[side].head<2>(), polygon[(side + 1) % 3].head<2>()))) {
+        if (cut && !outline.meets(polygon[side].head<2>(), polygon[(side + 1) % 3].head<2>())) {
           continue;
         }
-        const std::uint32_t from = corners[3 * std::size_t{face} + side];
-        for (std::uint32_t i = rows.offsets[edge]; i < rows.offsets[edge + 1]; ++i) {
-          const std::uint32_t neighbor = rows.faces[i];
-          if (sides[neighbor] != 0) {
-            continue;
-          }
-          const std::uint32_t* const other = &corners[3 * std::size_t{neighbor}];
-          std::size_t place = 0;  // of the edge in it
-          while (place < 2 && topology.face_edges[3 * std::size_t{neighbor} + place] != edge) {
-            ++place;
-          }
-          const bool turned = other[place] == from;
-          const auto orientation = static_cast<std::int8_t>(turned ? -sides[face] : sides[face]);
-          if (orientation * facing(neighbor) >= TURNED_OVER) {
-            sides[neighbor] = orientation;
-            queue.push_back(neighbor);
+        for (const Neighbor& neighbor : reachedOver(face, side)) {
+          const int orientation = neighbor.turned ? -sides_[face] : sides_[face];
+          if (sides_[neighbor.face] == 0 &&
+              orientation * view_side_ * facing(neighbor.face) >= TURNED_OVER) {
+            sides_[neighbor.face] = static_cast<std::int8_t>(orientation);
+            queue.push_back(neighbor.face);
           }
         }
       }
     }
+  }
+
+  struct Neighbor
+  {
+    std::uint32_t face;
+    bool turned;   ///< runs along the edge as the face beside it does: one of them is turned round
+    double angle;  ///< around the edge, from the face over its measured side; up to a whole turn
+  };
+
+  /// Where the measured side of a face leads over one of its edges: where several parts meet there,
+  /// only to the face that is next around the edge, not to what is inside or behind.
+  std::vector<Neighbor> reachedOver(std::uint32_t face, std::size_t side) const
+  {
+    const std::uint32_t edge = topology_.face_edges[3 * std::size_t{face} + side];
+    std::vector<Neighbor> others;
+    if (edge == mesh_map::NO_INDEX) {
+      return others;
+    }
+    for (std::uint32_t i = rows_.offsets[edge]; i < rows_.offsets[edge + 1]; ++i) {
+      const std::uint32_t other = rows_.faces[i];
+      if (other != face && !isCopy(other)) {
+        const std::size_t place = placeOf(edge, other);
+        const bool turned = corners_of_[3 * std::size_t{other} + place] ==
+                            corners_of_[3 * std::size_t{face} + side];
+        others.push_back({other, turned, 0.0});
+      }
+    }
+    return others.size() < 2 ? others : nextAround(face, side, edge, others);
+  }
+
+  std::vector<Neighbor> nextAround(std::uint32_t face, std::size_t side, std::uint32_t edge,
+                                   const std::vector<Neighbor>& others) const
+  {
+    const Vector3d begin = seen(cornerOf(near_, face, side));
+    const Vector3d along = (seen(cornerOf(near_, face, (side + 1) % 3)) - begin).normalized();
+    const auto inwards = [&](std::uint32_t of, std::size_t place) {
+      const Vector3d third = seen(cornerOf(near_, of, (place + 2) % 3)) - begin;
+      return Vector3d(third - along.dot(third) * along);
+    };
+    const Vector3d level = inwards(face, side).normalized();
+    const Vector3d out = sides_[face] * along.cross(level);
+    std::vector<Neighbor> around;
+    bool covered = false;  // by the face of another part that lies on it
+    for (Neighbor other : others) {
+      const Vector3d to = inwards(other.face, placeOf(edge, other.face));
+      const double angle = std::atan2(to.dot(out), to.dot(level));
+      if (to.squaredNorm() == 0.0) {
+        continue;
+      }
+      if (std::abs(angle) < SAME_ANGLE) {
+        covered = covered || !other.turned;
+      } else {
+        other.angle = angle > 0.0 ? angle : angle + 2.0 * M_PI;
+        around.push_back(other);
+      }
+    }
+    std::sort(around.begin(), around.end(),
+              [](const Neighbor& a, const Neighbor& b) { return a.angle < b.angle; });
+    std::size_t end = endOfAngle(around, 0);
+    // Those not turned have what they enclose behind them, as the face itself has.
+    const auto front = [&](std::size_t from, std::size_t to) {
+      return static_cast<std::size_t>(
+          std::find_if(around.begin() + static_cast<std::ptrdiff_t>(from),
+                       around.begin() + static_cast<std::ptrdiff_t>(to),
+                       [](const Neighbor& neighbor) { return !neighbor.turned; }) -
+          around.begin());
+    };
+    std::size_t first = front(0, end);
+    if (first == end) {
+      if (around.empty() || covered) {
+        return {};
+      }
+      first = 0;
+    }
+    std::vector<Neighbor> reached{around[first]};
+    // A wall of sheets stands on a floor that goes on behind it.
+    if (isWall(around[first].face) && end < around.size()) {
+      const std::size_t behind = endOfAngle(around, end);
+      if (std::none_of(around.begin() + static_cast<std::ptrdiff_t>(end),
+                       around.begin() + static_cast<std::ptrdiff_t>(behind),
+                       [](const Neighbor& neighbor) { return neighbor.turned; })) {
+        reached.push_back(around[end]);
+      }
+    }
+    return reached;
+  }
+
+  static std::size_t endOfAngle(const std::vector<Neighbor>& around, std::size_t begin)
+  {
+    std::size_t end = begin;
+    while (end < around.size() && around[end].angle < around[begin].angle + SAME_ANGLE) {
+      ++end;
+    }
+    return end;
+  }
+
+  /// Of an edge in a face of it.
+  std::size_t placeOf(std::uint32_t edge, std::uint32_t face) const
+  {
+    std::size_t place = 0;
+    while (place < 2 && topology_.face_edges[3 * std::size_t{face} + place] != edge) {
+      ++place;
+    }
+    return place;
   }
 
   /// @return whether the outline may go through it
@@ -384,7 +508,7 @@ class View
     } else if (outline.contains(polygon[0].head<2>())) {
       found = 0.5 * areas(polygon);
     }
-    (std::abs(facing(face)) < WALL ? area_.walls : area_.surface) += found[0];
+    (isWall(face) ? area_.walls : area_.surface) += found[0];
     covered_ += found[1];
     return cut;
   }
@@ -394,8 +518,13 @@ class View
   const std::atomic<bool>* cancel_;
   Vector3d origin_;
   Eigen::Matrix3d axes_;
-  std::vector<std::uint32_t> faces_;  ///< of the mesh, ascending
-  MeshData near_;                     ///< these
+  std::vector<std::uint32_t> faces_;       ///< of the mesh, ascending
+  MeshData near_;                          ///< these
+  std::vector<std::uint32_t> corners_of_;  ///< of joinedCorners()
+  mesh_map::Topology topology_;
+  mesh_map::EdgeFaces rows_;
+  std::vector<std::int8_t> sides_;  ///< measured: 1: the front, -1: the back; 0: not reached
+  int view_side_ = 1;               ///< 1: from where the third coordinate grows, -1: from below
   SurfaceArea area_;
   double covered_ = 0.0;
 };

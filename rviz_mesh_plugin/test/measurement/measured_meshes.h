@@ -64,6 +64,20 @@ inline void addQuad(MeshData& mesh, const std::array<std::array<float, 3>, 4>& c
   }
 }
 
+/// Adds a closed box, seen from outside.
+inline void addBox(MeshData& mesh, const std::array<float, 3>& low,
+                   const std::array<float, 3>& high)
+{
+  const auto [a, b, c] = low;
+  const auto [x, y, z] = high;
+  addQuad(mesh, {{{a, b, z}, {x, b, z}, {x, y, z}, {a, y, z}}});
+  addQuad(mesh, {{{a, y, c}, {x, y, c}, {x, b, c}, {a, b, c}}});
+  addQuad(mesh, {{{a, b, c}, {x, b, c}, {x, b, z}, {a, b, z}}});
+  addQuad(mesh, {{{x, y, c}, {a, y, c}, {a, y, z}, {x, y, z}}});
+  addQuad(mesh, {{{x, b, c}, {x, y, c}, {x, y, z}, {x, b, z}}});
+  addQuad(mesh, {{{a, y, c}, {a, b, c}, {a, b, z}, {a, y, z}}});
+}
+
 inline MeshData without(MeshData mesh, const std::vector<std::uint32_t>& faces)
 {
   for (auto face = faces.rbegin(); face != faces.rend(); ++face) {

@@ -255,6 +255,115 @@ TEST(SurfaceArea, a_face_that_is_turned_round_counts)
   EXPECT_NEAR(area.surface, 2.8 * 2.8, 1e-5);
 }
 
+namespace {
+
+/// A storey of slabs of 20 m by 6 m and 0.3 m, the upper one of two parts, on walls at the joint
+/// and at the end.
+MeshData storey()
+{
+  MeshData mesh;
+  addBox(mesh, {0, 0, 0}, {10, 6, 0.3f});
+  addBox(mesh, {10, 0, 0}, {20, 6, 0.3f});
+  addBox(mesh, {9.8f, 0, -3}, {10, 6, 0});
+  addBox(mesh, {0, 0, -3.3f}, {20, 6, -3});
+  addBox(mesh, {0, 0, -3}, {0.2f, 6, 0});
+  return mesh;
+}
+
+}  // namespace
+
+TEST(SurfaceArea, parts_that_share_an_edge_lead_neither_inside_nor_below)
+{
+  const MeshData mesh = storey();
+  const Plan plan{{6, 1}, {14, 1}, {14, 5}, {6, 5}};
+  const SurfaceArea roof = findArea(mesh, on(mesh, plan, 0.3));
+  EXPECT_NEAR(roof.surface, 32.0, 1e-5);
+  EXPECT_EQ(roof.walls, 0.0);
+  EXPECT_NEAR(roof.uncovered, 0.0, 1e-5);
+  EXPECT_TRUE(roof.connected) << "over the joint";
+  // From below: with the foot of the wall, which only touches the floor.
+  const SurfaceArea ceiling = findArea(mesh, on(mesh, plan, 0.0));
+  EXPECT_NEAR(ceiling.surface, 32.0 + 4 * 0.2, 1e-5);
+  EXPECT_NEAR(ceiling.walls, 2 * 4.0 * 3.0, 1e-5);
+}
+
+TEST(SurfaceArea, an_outer_wall_with_the_edges_of_its_slabs)
+{
+  const MeshData mesh = storey();
+  const std::uint32_t wall = 4 * 12 + 10, floor = 3 * 12 + 10, slab = 10;  // at x = 0
+  for (const bool backwards : {false, true}) {
+    std::vector<SurfacePoint> corners{{floor, {0, 1, -3.2}},
+                                      {floor, {0, 5, -3.2}},
+                                      {slab, {0, 5, 0.2}},
+                                      {wall, {0, 3, -0.1}},
+                                      {slab, {0, 1, 0.2}}};
+    if (backwards) {
+      std::reverse(corners.begin(), corners.end());
+    }
+    const SurfaceArea area = findArea(mesh, corners);
+    EXPECT_TRUE(area.steep);
+    EXPECT_NEAR(area.surface, 4 * 3.4 - 0.5 * 4 * 0.3, 1e-5);
+    EXPECT_EQ(area.walls, 0.0);
+    EXPECT_TRUE(area.connected);
+  }
+}
+
+TEST(SurfaceArea, a_roof_and_a_ramp)
+{
+  MeshData mesh = storey();
+  addQuad(mesh, {{{20, 0, 0.3f}, {30, 0, -3}, {30, 6, -3}, {20, 6, 0.3f}}});  // a sheet on a solid
+  const Plan plan{{15, 2}, {25, 2}, {25, 4}, {15, 4}};
+  const SurfaceArea area = findArea(mesh, on(mesh, plan, 0.3));
+  EXPECT_NEAR(area.surface, 2 * (5 + std::hypot(5.0, 0.5 * 3.3)), 1e-5);
+  EXPECT_EQ(area.walls, 0.0) << "below the ramp";
+  EXPECT_TRUE(area.connected);
+}
+
+TEST(SurfaceArea, walls_of_sheets_stand_on_a_floor_that_goes_on_behind_them)
+{
+  for (const bool below : {false, true}) {
+    MeshData mesh;
+    for (float x = 0; x < 3; ++x) {
+      addQuad(mesh, {{{x, 0, 0}, {x + 1, 0, 0}, {x + 1, 1, 0}, {x, 1, 0}}});
+    }
+    for (float x = 1; x < 3; ++x) {
+      addQuad(mesh, {{{x, 0, 0}, {x, 1, 0}, {x, 1, 2}, {x, 0, 2}}});
+      if (below) {  // as of the storey there
+        addQuad(mesh, {{{x, 0, -2}, {x, 1, -2}, {x, 1, 0}, {x, 0, 0}}});
+      }
+    }
+    const Plan plan{{0.25, 0.25}, {2.75, 0.25}, {2.75, 0.75}, {0.25, 0.75}};
+    const SurfaceArea area = findArea(mesh, on(mesh, plan));
+    EXPECT_NEAR(area.surface, 2.5 * 0.5, 1e-6) << below;
+    EXPECT_NEAR(area.walls, 2 * 0.5 * 2, 1e-6) << below;
+    EXPECT_TRUE(area.connected) << below;
+  }
+}
+
+TEST(SurfaceArea, faces_in_the_same_places_count_once)
+{
+  const MeshData plate =
+      without(terrain(10, [](double, double) { return 0.0; }), {88, 89, 90, 91});  // 0.4 m by 0.2 m
+  MeshData mesh = plate;
+  for (int copy = 0; copy < 2; ++copy) {
+    for (std::size_t i = 0; i < plate.indices.size(); i += 3) {
+      for (const std::size_t corner : {1, copy == 0 ? 2 : 0, copy == 0 ? 0 : 2}) {
+        mesh.indices.push_back(plate.indices[i + corner]);
+      }
+    }
+    const Plan plan{{-0.7, -0.7}, {0.7, -0.7}, {0.7, 0.7}, {-0.7, 0.7}};
+    std::vector<SurfacePoint> corners = on(mesh, plan);
+    for (const bool last : {false, true}) {
+      corners[2].face +=
+          last ? static_cast<std::uint32_t>(mesh.faceCount() - plate.faceCount()) : 0;
+      const SurfaceArea area = findArea(mesh, corners);
+      EXPECT_NEAR(area.surface, 1.96 - 0.08, 1e-6) << copy;
+      EXPECT_NEAR(area.uncovered, 0.08, 1e-6) << copy;
+      EXPECT_TRUE(area.connected) << copy;
+    }
+  }
+}
+
 TEST(SurfaceArea, of_storeys_of_a_building)
 {
   const MeshData mesh = world("building");
