@@ -54,6 +54,9 @@ std::string gapsText(const SurfaceProfile& profile)
   constexpr std::size_t MOST = 5;
   for (std::size_t i = 0; i < std::min(gaps.size(), MOST); ++i) {
     text += (i > 0 ? ", " : " ") + decimal(gaps[i].first, 2) + " to " + metersOf(gaps[i].second);
+    if (gaps[i].second - gaps[i].first < 0.001) {
+      text += " with a step of " + signedMeters(gaps[i].step);
+    }
   }
   return text + (gaps.size() > MOST ? ", ..." : "");
 }

@@ -13,6 +13,7 @@
 #include <unordered_map>
 
 #include "base/vectors.h"
+#include "measurement/section_contacts.h"
 #include "selection/face_neighbors.h"
 #include "threads/cancellation.h"
 
@@ -20,10 +21,12 @@ namespace rviz_mesh_plugin {
 namespace {
 
 using Index = std::uint32_t;
+using Node = SectionNode;
+using Segment = SectionSegment;
 constexpr double INF = std::numeric_limits<double>::infinity();
 
-/// Ends of surfaces touch others from this distance on, in meters.
-constexpr double TOUCHING = 1e-3;
+/// How much longer a way below another part counts.
+constexpr double COVERED_COST = 1e3;
 
 /// So many faces are looked at between two looks at the cancel flag.
 constexpr std::size_t CUT_STRETCH = 1 << 16;
@@ -61,19 +64,6 @@ struct EdgeHash
 class Section
 {
  public:
-  struct Node
-  {
-    double s;
-    double z;
-  };
-  struct Segment
-  {
-    Index a;
-    Index b;
-    Index face;  ///< NONE: a joint of two surfaces
-    bool up;     ///< the face is counterclockwise from above
-  };
-
   Section(const MeshData& mesh, const SurfacePoint& from, const SurfacePoint& to,
           const std::atomic<bool>* cancel)
       : mesh_(mesh), from_(from), to_(to), cancel_(cancel)
@@ -110,9 +100,15 @@ class Section
     }
     SurfaceProfile::Piece first = followed(begin_, 1.0), last = followed(end_, -1.0);
     std::reverse(last.begin(), last.end());
-    if (!first.empty()) {
-      // On another storey: from where the first has ended.
-      last = behind(last, first.back().distance);
+    if (!first.empty() && !last.empty() && first.back().distance > last.front().distance) {
+      // One above the other: from where the first has ended; where it has not, as a floor below a
+      // box, from where the last begins, so that both points are in the profile.
+      const double begin = last.front().distance, end = first.back().distance;
+      const double change = end < length_ - TOUCHING ? end
+                            : begin > TOUCHING       ? begin
+                                                     : 0.5 * length_;
+      last = behind(last, change);
+      first = upTo(first, change);
     }
     std::vector<SurfaceProfile::Piece> pieces;
     pieces.push_back(first);
@@ -210,26 +206,13 @@ class Section
         return node;
       }
       const double share = (limit - one.s) / (other.s - one.s);
-      nodes_.push_back({limit, one.z + share * (other.z - one.z)});
+      nodes_.push_back({limit, one.z + share * (other.z - one.z), true});
       return static_cast<Index>(nodes_.size() - 1);
     };
     const Node one = nodes_[a], other = nodes_[b];
     a = end(a, one, other);
     b = end(b, other, one);
     segments_.push_back({a, b, face, normalOf(mesh_, face)[2] > 0.0});
-  }
-
-  /// Where on a segment a point is nearest, and how near.
-  std::pair<double, double> nearest(const Segment& segment, const Node& point) const
-  {
-    const Node& a = nodes_[segment.a];
-    const Node& b = nodes_[segment.b];
-    const double s = b.s - a.s, z = b.z - a.z;
-    const double squared = s * s + z * z;
-    const double share =
-        squared > 0.0 ? std::clamp(((point.s - a.s) * s + (point.z - a.z) * z) / squared, 0.0, 1.0)
-                      : 0.0;
-    return {share, std::hypot(a.s + share * s - point.s, a.z + share * z - point.z)};
   }
 
   struct Split
@@ -239,47 +222,30 @@ class Section
     Index node;
   };
 
-  /// The two points become nodes, and ends that touch other segments are joined to them.
+  /// The two points become nodes, and ends and corners that touch other segments are joined to
+  /// them, but not where the line ends: the surface goes on there.
   void joinAndSplit()
   {
     std::vector<Split> splits;
     begin_ = place({0.0, from_.position[2]}, from_.face, splits);
     end_ = place({length_, to_.position[2]}, to_.face, splits);
-    std::vector<unsigned> degrees(nodes_.size(), 0);
-    for (const Segment& segment : segments_) {
-      ++degrees[segment.a];
-      ++degrees[segment.b];
-    }
-    std::vector<Index> by_begin(segments_.size());
-    std::iota(by_begin.begin(), by_begin.end(), 0u);
-    const auto begin = [&](Index i) {
-      return std::min(nodes_[segments_[i].a].s, nodes_[segments_[i].b].s);
-    };
-    std::sort(by_begin.begin(), by_begin.end(),
-              [&](Index a, Index b) { return begin(a) < begin(b); });
-    double longest = 0.0;
-    for (const Segment& segment : segments_) {
-      longest = std::max(longest, std::abs(nodes_[segment.a].s - nodes_[segment.b].s));
-    }
-    const std::size_t segment_count = segments_.size();
-    for (Index node = 0; node < degrees.size(); ++node) {
-      throwIfCanceled(cancel_);
-      if (degrees[node] != 1) {
+    const std::vector<bool> ends = endsAndCorners(nodes_, segments_);
+    const SectionColumns columns(nodes_, segments_, length_);
+    for (Index node = 0; node < ends.size(); ++node) {
+      if (!ends[node]) {
         continue;
       }
+      throwIfCanceled(cancel_);
       const Node point = nodes_[node];
-      auto next = std::lower_bound(by_begin.begin(), by_begin.end(), point.s - longest - TOUCHING,
-                                   [&](Index i, double s) { return begin(i) < s; });
-      for (; next != by_begin.end() && begin(*next) <= point.s + TOUCHING; ++next) {
-        const Segment segment = segments_[*next];
-        if (*next >= segment_count || segment.a == node || segment.b == node) {
-          continue;
+      columns.visit(point.s, [&](Index i) {
+        const Segment segment = segments_[i];
+        if (segment.a != node && segment.b != node) {
+          const auto [share, distance] = nearestOn(nodes_, segment, point);
+          if (distance <= TOUCHING) {
+            join(i, share, node, splits);
+          }
         }
-        const auto [share, distance] = nearest(segment, point);
-        if (distance <= TOUCHING) {
-          join(*next, share, node, splits);
-        }
-      }
+      });
     }
     split(splits);
   }
@@ -304,7 +270,7 @@ class Section
     double least = TOUCHING;
     bool in_face = false;
     for (Index i = 0; i < segments_.size(); ++i) {
-      const auto [share, distance] = nearest(segments_[i], point);
+      const auto [share, distance] = nearestOn(nodes_, segments_[i], point);
       const bool better = segments_[i].face == face && distance <= 1e3 * tolerance_;
       if (!in_face && (better || distance < least)) {
         best.segment = i;
@@ -339,6 +305,7 @@ class Section
       }
       segments_.push_back({rest, whole.b, whole.face, whole.up});
     }
+    findCovered(mesh_, direction_, length_, nodes_, segments_, cancel_);
     segments_.insert(segments_.end(), joints_.begin(), joints_.end());
     offsets_.assign(nodes_.size() + 1, 0);
     for (const Segment& segment : segments_) {
@@ -363,7 +330,7 @@ class Section
   using May = std::function<bool(const Segment&, double)>;
   static bool any(const Segment&, double) { return true; }
 
-  /// Dijkstra, 1959: shortest ways within the section.
+  /// Dijkstra, 1959: shortest ways within the section, not below other parts where that can be.
   Search search(Index start, const May& may) const
   {
     Search found{std::vector<double>(nodes_.size(), INF), std::vector<Index>(nodes_.size(), NONE)};
@@ -381,7 +348,8 @@ class Section
         const Segment& segment = segments_[rows_[i]];
         const Index other = segment.a == node ? segment.b : segment.a;
         const double s = nodes_[other].s - nodes_[node].s;
-        const double longer = length + std::hypot(s, nodes_[other].z - nodes_[node].z);
+        const double longer = length + (segment.covered ? COVERED_COST : 1.0) *
+                                           std::hypot(s, nodes_[other].z - nodes_[node].z);
         if (longer < found.lengths[other] && may(segment, s)) {
           found.lengths[other] = longer;
           found.before[other] = node;
@@ -441,6 +409,20 @@ class Section
       rest.push_back(piece[i]);
     }
     return rest;
+  }
+
+  static SurfaceProfile::Piece upTo(SurfaceProfile::Piece piece, double distance)
+  {
+    const auto back = [](SurfaceProfile::Piece& points) {
+      for (auto& point : points) {
+        point.distance = -point.distance;
+      }
+      std::reverse(points.begin(), points.end());
+    };
+    back(piece);
+    piece = behind(piece, -distance);
+    back(piece);
+    return piece;
   }
 
   /// What lies within a gap, of the connected surfaces that the two points are on.
@@ -556,18 +538,20 @@ class Section
 
 }  // namespace
 
-std::vector<std::pair<double, double>> SurfaceProfile::gaps() const
+std::vector<SurfaceProfile::Gap> SurfaceProfile::gaps() const
 {
-  std::vector<std::pair<double, double>> gaps;
+  std::vector<Gap> gaps;
   double known = 0.0;  // up to there
-  for (const Piece& piece : pieces) {
-    if (piece.front().distance > known + TOUCHING) {
-      gaps.emplace_back(known, piece.front().distance);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const Point& begin = pieces[i].front();
+    const double step = i > 0 ? begin.z - pieces[i - 1].back().z : 0.0;
+    if (begin.distance > known + TOUCHING || std::abs(step) > TOUCHING) {
+      gaps.push_back({known, begin.distance, step});
     }
-    known = piece.back().distance;
+    known = pieces[i].back().distance;
   }
   if (known < length - TOUCHING) {
-    gaps.emplace_back(known, length);
+    gaps.push_back({known, length, 0.0});
   }
   return gaps;
 }

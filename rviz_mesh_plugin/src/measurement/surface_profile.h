@@ -2,7 +2,6 @@
 
 #include <array>
 #include <atomic>
-#include <utility>
 #include <vector>
 
 #include "base/mesh_data.h"
@@ -27,8 +26,15 @@ struct SurfaceProfile
   std::array<double, 2> from{};       ///< x, y of the first point
   std::array<double, 2> direction{};  ///< of the line in plan, of length 1
 
-  /// From where to where along the line there is none of the surface.
-  std::vector<std::pair<double, double>> gaps() const;
+  struct Gap
+  {
+    double first = 0.0;  ///< from where to where along the line
+    double second = 0.0;
+    double step = 0.0;  ///< of z over it; unknown before the first piece and behind the last
+  };
+  /// Where there is none of the surface; of length 0 where one piece begins above or below where
+  /// the other has ended.
+  std::vector<Gap> gaps() const;
 
   struct Heights
   {
@@ -51,9 +57,10 @@ struct SurfaceProfile
 /// the profile (the shortest way, where it branches), with upright and overhanging parts. Else
 /// there are gaps: from each end it goes as far along the line as the surface leads, and between
 /// the two lies what belongs to the same connected surface, looks to the same side, is within the
-/// gap and nearest to the straight line over it. Surfaces that touch in the section within a
-/// millimeter are connected, as parts of a CAD model are. Faces within the upright plane count as
-/// those beside it.
+/// gap and nearest to the straight line over it; where the two lie one above the other, there is a
+/// gap, too. Surfaces that touch in the section within a millimeter are connected, as parts of a
+/// CAD model are, and the way does not lead below a part that stands on another. Faces within the
+/// upright plane count as those beside it.
 /// @throw Canceled (cancellation.h), std::bad_alloc, std::invalid_argument where one point lies
 /// above the other
 SurfaceProfile findProfile(const MeshData& mesh, const SurfacePoint& from, const SurfacePoint& to,

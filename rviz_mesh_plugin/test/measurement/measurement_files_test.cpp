@@ -110,6 +110,18 @@ TEST(MeasurementFiles, an_area_and_a_profile)
   EXPECT_EQ(rows.back().substr(0, 37), "1,0.800000,0.300000,0.400000,0.100000");
 }
 
+TEST(MeasurementFiles, the_step_of_a_gap_of_length_0_is_told)
+{
+  MeshData mesh = terrain(4, [](double, double) { return 0.0; });
+  addBox(mesh, {0, -0.5f, 0.25f}, {0.75f, 0.5f, 1});
+  const auto profile = measurement(mesh, MeasurementKind::PROFILE,
+                                   {pointAt(mesh, -0.5, 0.1), pointAt(mesh, 0.5, 0.1, 1.0)});
+  EXPECT_EQ(profile.remark(), "1 gap of 0.000 m: 0.50 to 0.500 m with a step of +1.000 m");
+  const std::string csv = measurementsToCsv({profile});
+  EXPECT_EQ(cell(csv, "highest_z_m"), "1.000000");
+  EXPECT_EQ(cell(csv, "gaps"), "1");
+}
+
 TEST(MeasurementFiles, a_file_is_replaced_where_that_was_said_alone)
 {
   const QTemporaryDir folder;

@@ -202,11 +202,14 @@ TEST(SurfaceProfile, another_storey_is_not_the_profile)
   const auto above = findProfile(mesh, pointAt(mesh, -0.9, 0.1, 1), pointAt(mesh, 0.9, 0.1, 1));
   EXPECT_TRUE(above.connected);
   EXPECT_NEAR(above.heights().lowest, 1.0, 1e-6);
-  // From one to the other: as far as the first goes, which is below the second.
+  // From one to the other, which is wholly above it: half of each.
   const auto between = findProfile(mesh, pointAt(mesh, -0.9, 0.1), pointAt(mesh, 0.9, 0.1, 1));
   EXPECT_FALSE(between.connected);
-  EXPECT_TRUE(between.gaps().empty());
-  EXPECT_NEAR(between.heights().highest, 0.09, 1e-6);
+  ASSERT_EQ(between.gaps().size(), 1u);
+  EXPECT_NEAR(between.gaps()[0].first, 0.9, 1e-6);
+  EXPECT_NEAR(between.gaps()[0].step, 1.0, 1e-6);
+  EXPECT_NEAR(between.heights().lowest, -0.09, 1e-6);
+  EXPECT_NEAR(between.heights().highest, 1.0, 1e-6);
   const auto down = findProfile(mesh, pointAt(mesh, -0.9, 0.1, 2), pointAt(mesh, 0.9, 0.1, 1));
   ASSERT_EQ(down.pieces.size(), 2u);
   EXPECT_NEAR(down.pieces[0].back().distance, 0.4, 1e-6);
@@ -247,6 +250,70 @@ TEST(SurfaceProfile, stairs_that_only_touch_the_floor)
     const double high = steps < -1e-4 ? 0.0 : 0.17 * std::floor(steps + 1.0 + 1e-4);
     EXPECT_GE(point.z, std::max(0.0, low) - 1e-5) << point.distance;
     EXPECT_LE(point.z, high + 1e-5) << point.distance;
+  }
+}
+
+TEST(SurfaceProfile, a_box_that_stands_on_a_floor)
+{
+  for (const float height : {0.0f, 0.01f}) {
+    MeshData mesh;
+    addBox(mesh, {0, 0, -0.3f}, {10, 6, 0});
+    addBox(mesh, {6, 1, height}, {9, 5, 1});
+    const SurfacePoint floor = pointAt(mesh, 1.02, 2.96), top = pointAt(mesh, 8.02, 2.96, 1.0);
+    for (const bool down : {false, true}) {
+      const auto profile = down ? findProfile(mesh, top, floor) : findProfile(mesh, floor, top);
+      const auto heights = profile.heights();
+      EXPECT_NEAR(heights.lowest, 0.0, 1e-6);
+      EXPECT_NEAR(heights.highest, 1.0, 1e-6);
+      EXPECT_EQ(profile.connected, height == 0.0f);
+      const auto gaps = profile.gaps();
+      if (height == 0.0f) {
+        EXPECT_NEAR(heights.surface, 8.0, 1e-5);
+        EXPECT_TRUE(gaps.empty());
+        continue;
+      }
+      EXPECT_NEAR(heights.surface, 7.0, 1e-5);
+      ASSERT_EQ(gaps.size(), 1u);
+      EXPECT_NEAR(gaps[0].first, down ? 2.02 : 4.98, 1e-5);
+      EXPECT_NEAR(gaps[0].second, gaps[0].first, 1e-5);
+      EXPECT_NEAR(gaps[0].step, down ? -1.0 : 1.0, 1e-5);
+    }
+    if (height == 0.0f) {  // not below it
+      const auto over = findProfile(mesh, floor, pointAt(mesh, 9.62, 2.96));
+      EXPECT_NEAR(over.heights().surface, 8.6 + 2.0, 1e-5);
+      EXPECT_NEAR(over.heights().highest, 1.0, 1e-6);
+    }
+  }
+}
+
+TEST(SurfaceProfile, surfaces_do_not_end_where_the_line_does)
+{
+  // A sheet that nowhere ends on the floor below it, half a millimeter above.
+  MeshData mesh = terrain(10, [](double, double) { return 0.0; });
+  addQuad(mesh, {{{-1, -1, 5e-4f}, {1, -1, 5e-4f}, {1, 1, 5e-4f}, {-1, 1, 5e-4f}}});
+  const auto profile = findProfile(mesh, pointAt(mesh, -0.5, 0.3), pointAt(mesh, 0.5, 0.3, 5e-4));
+  EXPECT_FALSE(profile.connected);
+  EXPECT_NEAR(profile.heights().highest, 5e-4, 1e-6);
+}
+
+TEST(SurfaceProfile, stairs_of_boxes_that_stand_on_a_floor)
+{
+  MeshData mesh;
+  addBox(mesh, {-2, 7, -0.3f}, {12, 11, 0});
+  for (int i = 0; i < 10; ++i) {
+    const auto at = [](double x) { return static_cast<float>(x); };
+    addBox(mesh, {at(2 + 0.3 * i), 8, 0}, {at(2.3 + 0.3 * i), 10, at(0.17 * (i + 1))});
+  }
+  addBox(mesh, {5, 8, 0}, {10, 10, 1.7f});
+  const auto profile = findProfile(mesh, pointAt(mesh, 0.02, 8.96), pointAt(mesh, 8.02, 8.96, 1.7));
+  ASSERT_TRUE(profile.connected);
+  EXPECT_NEAR(profile.heights().surface, 9.7, 1e-4);
+  EXPECT_NEAR(profile.heights().ascent, 1.7, 1e-4);
+  for (const auto& point : profile.pieces[0]) {
+    const double steps = (0.02 + point.distance - 2.0) / 0.3;
+    const auto height = [](double step) { return 0.17 * std::clamp(std::floor(step), 0.0, 10.0); };
+    EXPECT_GE(point.z, height(steps + 1.0 - 1e-3) - 1e-4) << point.distance;
+    EXPECT_LE(point.z, height(steps + 1.0 + 1e-3) + 1e-4) << point.distance;
   }
 }
 

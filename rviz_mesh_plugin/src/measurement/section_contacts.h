@@ -1,0 +1,89 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "base/mesh_data.h"
+
+namespace rviz_mesh_plugin {
+
+/// Surfaces of a section touch up to this distance, in meters.
+constexpr double TOUCHING = 1e-3;
+
+/// Of what an upright plane cuts out of a mesh: s is the distance along the line.
+struct SectionNode
+{
+  double s;
+  double z;
+  bool cut = false;  ///< the surface goes on beyond the line
+};
+struct SectionSegment
+{
+  std::uint32_t a;
+  std::uint32_t b;
+  std::uint32_t face;    ///< NONE: a joint of two surfaces
+  bool up;               ///< the face is counterclockwise from above
+  bool covered = false;  ///< another part lies on it
+};
+
+/// Segments by where they are along the line.
+class SectionColumns
+{
+ public:
+  SectionColumns(const std::vector<SectionNode>& nodes, const std::vector<SectionSegment>& segments,
+                 double length)
+      : columns_(std::clamp<std::size_t>(segments.size(), 1, 1 << 12)),
+        width_(length / static_cast<double>(columns_.size()))
+  {
+    for (std::uint32_t i = 0; i < segments.size(); ++i) {
+      const double a = nodes[segments[i].a].s;
+      const double b = nodes[segments[i].b].s;
+      const std::size_t last = columnOf(std::max(a, b) + TOUCHING);
+      for (std::size_t column = columnOf(std::min(a, b) - TOUCHING); column <= last; ++column) {
+        columns_[column].push_back(i);
+      }
+    }
+  }
+
+  /// Those that may touch a point there.
+  template <class Visit>
+  void visit(double s, const Visit& visit) const
+  {
+    for (const std::uint32_t i : columns_[columnOf(s)]) {
+      visit(i);
+    }
+  }
+
+ private:
+  std::size_t columnOf(double s) const
+  {
+    const double column = std::max(0.0, s) / width_;
+    return std::min(columns_.size() - 1, static_cast<std::size_t>(column));
+  }
+
+  std::vector<std::vector<std::uint32_t>> columns_;
+  double width_;
+};
+
+/// Where on a segment a point is nearest, and how near.
+std::pair<double, double> nearestOn(const std::vector<SectionNode>& nodes,
+                                    const SectionSegment& segment, const SectionNode& point);
+
+/// Which nodes are ends of surfaces, or corners of parts that are larger than what touches; not
+/// where the line ends.
+std::vector<bool> endsAndCorners(const std::vector<SectionNode>& nodes,
+                                 const std::vector<SectionSegment>& segments);
+
+/// Marks what another part lies on, such as a floor below a box.
+/// @param direction of the line in plan
+/// @throw Canceled (cancellation.h)
+void findCovered(const MeshData& mesh, const std::array<double, 2>& direction, double length,
+                 const std::vector<SectionNode>& nodes, std::vector<SectionSegment>& segments,
+                 const std::atomic<bool>* cancel);
+
+}  // namespace rviz_mesh_plugin
