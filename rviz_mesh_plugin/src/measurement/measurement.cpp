@@ -68,6 +68,10 @@ std::string areaRemark(const SurfaceArea& area)
   if (area.uncovered > 0.0) {
     add(squareMeters(area.uncovered) + " of the outline without this surface");
   }
+  if (area.doubled > 0.0) {
+    add(squareMeters(area.doubled) +
+        " of it above or below other parts of it, which may hide holes");
+  }
   if (!area.connected) {
     add("the corners are on surfaces that are not connected within the outline");
   }

@@ -255,6 +255,10 @@ class View
     if (area_.uncovered <= 1e-9 * shape.area()) {
       area_.uncovered = 0.0;
     }
+    area_.doubled = std::max(0.0, covered_ - shape.area());
+    if (area_.doubled <= 1e-6 * shape.area()) {
+      area_.doubled = 0.0;
+    }
     return area_;
   }
 

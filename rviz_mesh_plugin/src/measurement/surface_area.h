@@ -16,6 +16,7 @@ struct SurfaceArea
   double plan = 0.0;     ///< of the outline, in plan (projected on x and y)
   double uncovered =
       0.0;                ///< of the outline, as it is looked at: what none of the surface is below
+  double doubled = 0.0;   ///< as it is looked at: what is above or below other parts of it
   double outline = 0.0;   ///< length of the straight lines between its corners, in meters
   bool steep = false;     ///< the outline is looked at along its normal, since it is steep
   bool connected = true;  ///< one surface has all corners

@@ -280,10 +280,12 @@ TEST(SurfaceArea, parts_that_share_an_edge_lead_neither_inside_nor_below)
   EXPECT_NEAR(roof.surface, 32.0, 1e-5);
   EXPECT_EQ(roof.walls, 0.0);
   EXPECT_NEAR(roof.uncovered, 0.0, 1e-5);
+  EXPECT_EQ(roof.doubled, 0.0);
   EXPECT_TRUE(roof.connected) << "over the joint";
   // From below: with the foot of the wall, which only touches the floor.
   const SurfaceArea ceiling = findArea(mesh, on(mesh, plan, 0.0));
   EXPECT_NEAR(ceiling.surface, 32.0 + 4 * 0.2, 1e-5);
+  EXPECT_NEAR(ceiling.doubled, 4 * 0.2, 1e-5);
   EXPECT_NEAR(ceiling.walls, 2 * 4.0 * 3.0, 1e-5);
 }
 
