@@ -111,6 +111,8 @@ void ClusterLabelDisplay::onDisable()
 void ClusterLabelDisplay::subscribe()
 {
   unsubscribe();
+  store_.expectAll();  // they are asked for anew
+  ask_again_ = false;
   const MeshSource source = this->source();
   asked_for_parents_ = false;
   subscription_error_.clear();
@@ -306,20 +308,41 @@ void ClusterLabelDisplay::takeMessages()
     if (overlay_) {
       overlay_->setMesh(store_.mesh());
     }
-    askForLabels();  // of a mesh that was here before, once more
+    askAnew();  // of a mesh that was here before, once more
   }
   if (store_.mesh() && !source().labels_topic.empty()) {
     sources_.services().requestLabels(store_.mesh()->uuid);  // once since it was subscribed to
   }
+  takeLabels();
+}
+
+void ClusterLabelDisplay::takeLabels()
+{
   const QueuedAttributes queued = sources_.queue().take();
   labels_received_ = queued.receptions[MeshMember::LABELS];
   for (const LabelSetConstPtr& labels : queued.labels) {
     store_.add(labels);
   }
+  if (ask_again_ && !store_.expectsAll()) {
+    askAnew();
+  }
 }
 
+/// Not before the last answer has come: it would be lost, and the next one, too, where that is
+/// slow.
 void ClusterLabelDisplay::askForLabels()
 {
+  if (store_.expectsAll()) {
+    ask_again_ = true;
+  } else {
+    takeLabels();  // what has come is older than the answer
+    askAnew();
+  }
+}
+
+void ClusterLabelDisplay::askAnew()
+{
+  ask_again_ = false;
   store_.expectAll();
   sources_.services().cancel();
 }

@@ -111,6 +111,8 @@ class ClusterLabelDisplay : public rviz::Display
   void unsubscribe();
   void restart();
   void takeMessages();
+  void takeLabels();
+  void askAnew();
   void takeColors();
   void applyChanges();
   void applyLook(const std::string& label);
@@ -142,6 +144,7 @@ class ClusterLabelDisplay : public rviz::Display
   std::vector<std::string> names_;  ///< that the properties have been told
   std::size_t hidden_ = 0;          ///< labels
   bool recount_ = true;             ///< these
+  bool ask_again_ = false;          ///< for all labels, once they have come
   bool asked_for_parents_ = false;  ///< of the mesh, since it was subscribed to
   OptionalStatus edits_;
   std::string edit_failure_;

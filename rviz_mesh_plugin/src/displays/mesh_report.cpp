@@ -56,11 +56,13 @@ void MeshReport::reportSeen(StatusLines& lines)
 {
   const MeshDataConstPtr mesh = store_.newest();
   const Section section = properties_.section();
+  const bool alone = store_.meshes().size() == 1;  // else others may be seen
   const bool in_section = in_section_.any(mesh, section, nullptr);
   const bool seen = seen_.any(mesh, section, mesh ? hiddenFaces(*mesh) : nullptr);
-  lines.report("Section",
-               sectionStatus(properties_.sectionShown(), section, mesh.get(), !in_section));
-  lines.report("Hidden", hiddenStatus(store_.meshes(), section.cuts() && in_section && !seen));
+  lines.report("Section", sectionStatus(properties_.sectionShown(), section, mesh.get(),
+                                        alone && !in_section));
+  lines.report("Hidden",
+               hiddenStatus(store_.meshes(), alone && section.cuts() && in_section && !seen));
 }
 
 void MeshReport::findSilentTopics(const QueuedAttributes& queue)

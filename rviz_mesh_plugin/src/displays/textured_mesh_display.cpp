@@ -309,10 +309,15 @@ void TexturedMeshDisplay::offerChoices()
   }
   const MeshAttributes& attributes = store_.attributes();
   // Automatic goes to costs that tell something, and not away from them where all becomes free.
+  if (attributes.uuid != costs_tell_of_) {
+    costs_tell_of_ = attributes.uuid;
+    costs_tell_ = false;
+  }
   costs_tell_ |= std::any_of(attributes.costs.begin(), attributes.costs.end(),
                              [](const auto& layer) { return !layer->summary.isAllFree(); });
+  const bool all_known = !attributes.costs.empty() && attributes.costs.size() >= types.size();
   properties_->setAvailable(attributes.colors != nullptr, attributes.materials != nullptr,
-                            !types.empty(), costs_tell_ || attributes.costs.empty());
+                            !types.empty(), costs_tell_ || !all_known);
   properties_->costs().setCostsTypes(types);
   cost_types_ = std::move(types);
 }

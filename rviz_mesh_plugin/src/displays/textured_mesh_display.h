@@ -159,6 +159,7 @@ class TexturedMeshDisplay : public rviz::Display
   PendingCosts pending_costs_;
   TopicDirectory directory_;
   std::vector<std::string> cost_types_;  ///< that are offered
+  std::string costs_tell_of_;            ///< uuid of the mesh
   bool costs_tell_ = false;              ///< there were some of which not all were free
   std::uint64_t hidden_revision_ = 0;
   bool source_changed_ = false;

@@ -26,6 +26,7 @@ class ShownLabels
 
   /// All labels are asked for once more.
   void expectAll();
+  bool expectsAll() const { return expects_all_; }
 
   const MeshDataConstPtr& mesh() const { return mesh_; }
   const LabelClusters& labels() const { return labels_; }

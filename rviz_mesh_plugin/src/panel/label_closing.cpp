@@ -68,8 +68,9 @@ void saveInWindow(const SharedSession& session, QWidget* window)
         }
       }
     } catch (const std::exception& error) {
+      timer->deleteLater();
       timer->stop();
-      ROS_ERROR("labels are not saved: %s", error.what());
+      askInWindow(session, window, error.what());
     }
   });
   session->sendAgain();

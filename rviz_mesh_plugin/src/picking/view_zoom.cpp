@@ -111,7 +111,8 @@ bool zoomTo(rviz::ViewController& view, const Ogre::AxisAlignedBox& box)
     position->setVector(inFrame(middle - meters * direction));
   }
   view.update(0.0f, 0.0f);
-  return camera->getDerivedDirection().dotProduct(middle - camera->getDerivedPosition()) > 0.0f;
+  return !find<rviz::FloatProperty>(view, "Scale") ||
+         camera->getDerivedDirection().dotProduct(middle - camera->getDerivedPosition()) > 0.0f;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -34,6 +34,7 @@ const char* const CUT_OVERLAY_PROGRAM = "rviz_mesh_plugin/overlay_section.frag";
 // Colors travel in gl_FrontColor: of all varyings only that one obeys flat shading, by which each
 // face has the color of its last vertex.
 const char* const VERTEX_SOURCE = R"glsl(#version 120
+invariant gl_Position;
 uniform mat4 world_view_projection;
 uniform mat4 world_view;
 uniform mat4 normal_matrix;
@@ -58,6 +59,7 @@ void main()
 )glsl";
 
 const char* const OVERLAY_VERTEX_SOURCE = R"glsl(#version 120
+invariant gl_Position;
 uniform mat4 world_view_projection;
 uniform mat4 world_view;
 uniform mat4 normal_matrix;

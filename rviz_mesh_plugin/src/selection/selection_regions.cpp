@@ -251,11 +251,4 @@ FaceBits FaceSearch::bits(const std::atomic<bool>* cancel) const
   return all;
 }
 
-bool FaceSearch::differsInRegions(const FaceSearch& other) const
-{
-  return shown.mesh == other.shown.mesh && shown.section == other.shown.section &&
-         shown.hidden == other.shown.hidden && queries == other.queries && eye == other.eye &&
-         visible_only == other.visible_only && back_faces == other.back_faces;
-}
-
 }  // namespace rviz_mesh_plugin

@@ -76,9 +76,6 @@ struct FaceSearch
   FaceSelection::Faces chosenOf(FaceSelection::Faces faces,
                                 const std::atomic<bool>* cancel = nullptr) const;
 
-  /// Looks for the same on the same mesh, but for the regions.
-  bool differsInRegions(const FaceSearch& other) const;
-
  private:
   FaceSelection::Faces selectableFacesIn(const mesh_map::Region& region,
                                          const SelectableFaces& selectable,

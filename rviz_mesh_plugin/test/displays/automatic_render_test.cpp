@@ -111,6 +111,13 @@ TEST_F(AutomaticTest, costs_of_0_alone_are_not_shown_before_others_were)
   costs.publish(test_meshes::costs("Combined Costs", all_free));
   EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "from 0 to 0"));
   EXPECT_TRUE(shows(VIRIDIS_LOW, VIRIDIS_LOW));
+  auto other = test_meshes::terrain(8, slope);
+  other.uuid = "other";
+  auto its_costs = test_meshes::costs("Combined Costs", all_free);
+  its_costs.uuid = other.uuid;
+  ASSERT_TRUE(show(display, other));
+  costs.publish(its_costs);
+  EXPECT_TRUE(shows(VIRIDIS_LOW, VIRIDIS_HIGH)) << "what was told of another mesh";
 }
 
 TEST_F(AutomaticTest, what_the_user_looks_at_stays)

@@ -1,5 +1,6 @@
 // A mesh of which only a box is drawn.
 #include <cmath>
+#include <memory>
 #include <string>
 
 #include <geometry_msgs/TransformStamped.h>
@@ -8,6 +9,7 @@
 #include <rviz/visualization_manager.h>
 #include <tf2_ros/buffer.h>
 
+#include "base/hidden_faces.h"
 #include "support/display_fixture.h"
 #include "support/label_display_fixture.h"
 #include "support/label_fixture.h"
@@ -235,6 +237,28 @@ TEST_F(SectionTest, the_status_says_so)
   EXPECT_EQ(pixels(grab(), RED) + pixels(grab(), BLUE), 0);
   set(display, {"Section"}, false);
   EXPECT_TRUE(spinUntil([&] { return status(display, "Section").empty(); }));
+}
+
+TEST_F(SectionTest, it_warns_where_no_face_is_left)
+{
+  auto* display = showStoreys();
+  cut(display, "Min Height", 0.25f);
+  cut(display, "Max Height", 0.75f);
+  EXPECT_TRUE(waitForStatus(display, "Section", "Warn", "no face of the mesh is at height"));
+  EXPECT_EQ(pixels(grab(), RED) + pixels(grab(), BLUE), 0);
+  cut(display, "Max Height", 1.5f);
+  EXPECT_TRUE(waitForStatus(display, "Section", "Ok", "the mesh is cut"));
+  using rviz_mesh_plugin::FaceBits;
+  const auto hide = [&](const FaceBits::Faces& faces) {
+    rviz_mesh_plugin::setHiddenFaces(
+        *display->mesh(), std::make_shared<rviz_mesh_plugin::HiddenFaces>(FaceBits(4, faces)));
+  };
+  hide({2, 3});
+  EXPECT_TRUE(waitForStatus(display, "Hidden", "Warn", "2 of 4 faces are hidden, all of the"));
+  EXPECT_TRUE(waitForStatus(display, "Section", "Ok", "the mesh is cut"));
+  set(display, {"Section"}, false);
+  EXPECT_TRUE(waitForStatus(display, "Hidden", "Ok", "2 of 4 faces are hidden"));
+  hide({});
 }
 
 TEST_F(SectionTest, it_stays_with_new_colors_and_new_meshes)

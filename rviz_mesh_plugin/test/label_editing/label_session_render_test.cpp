@@ -125,7 +125,7 @@ TEST_F(LabelSessionTest, an_edit_that_is_lost_fails_and_is_sent_again)
 /// that it tells.
 TEST_F(LabelSessionTest, an_edit_that_is_stored_without_a_message_is_found_by_asking)
 {
-  start(2s);
+  start(6s);
   session->assign("car_1", {5});
   ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
   server->addLabel("car_1", {5});
