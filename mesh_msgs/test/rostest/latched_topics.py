@@ -17,11 +17,10 @@ import numpy as np
 import rospy
 
 from mesh_msgs import arrays
-from mesh_msgs.ros import QUEUE, LatchedTopics
+from mesh_msgs.ros import INTERVAL, QUEUE, LatchedTopics
 from mesh_msgs.testing import wait_until
 
 KEYS = ["layer_%d" % i for i in range(10)]
-INTERVAL = 0.25  # seconds, the default
 TIMEOUT = 30.0  # seconds; only reached when something is broken
 
 
@@ -125,10 +124,10 @@ class LatchedTopicsTest(unittest.TestCase):
 
     def test_subscribers_that_are_busy_lose_nothing(self):
         """One that is there before anything is published, and one that comes later."""
-        early = self.peer(busy=0.8)
+        early = self.peer(busy=0.8 * QUEUE * INTERVAL)
         self.wait_for_connections(1)
         self.publish_all(1)
-        late = self.peer(busy=0.8)
+        late = self.peer(busy=0.8 * QUEUE * INTERVAL)
         for peer in (early, late):
             self.assertTrue(peer.wait_for(*[key + " 1" for key in KEYS]), peer.lines)
             self.assertEqual(peer.lines, [key + " 1" for key in KEYS])
