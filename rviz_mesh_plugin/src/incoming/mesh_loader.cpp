@@ -238,6 +238,9 @@ class MeshLoader::Worker
     const std::string refusal = jobs_.add(message, origin.service, removed);
     if (!refusal.empty()) {
       ready_.reception.refuse(refusal);
+      if (given_up_.mesh && removed.back().uuid == given_up_.uuid) {
+        jobs_.add(std::exchange(given_up_, MeshJob()));  // at the turn of what was dropped
+      }
     }
     // Never twice in a row: else a fast publisher would not be shown at all.
     if (laying_out_ && current_.uuid == message->uuid && !gave_up_) {
@@ -360,7 +363,9 @@ class MeshLoader::Worker
       return false;
     }
     ready_.reception.accept(current_.service);
-    given_up_ = MeshJob();
+    if (given_up_.uuid == mesh->uuid) {
+      given_up_ = MeshJob();
+    }
     eraseIf(ready_.meshes, [&](const auto& other) { return other->uuid == mesh->uuid; });
     eraseIf(ready_.layouts, [&](const auto& other) {
       return other->mesh->uuid == mesh->uuid && other->mesh != mesh;

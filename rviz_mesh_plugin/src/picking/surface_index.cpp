@@ -84,6 +84,9 @@ class SurfaceIndex::Worker
         wake_.wait_for(lock, LOOK_EVERY);
         continue;
       }
+      if (cancellation.flag()) {  // while that was freed
+        return;
+      }
       Job job = std::move(jobs_.front());
       jobs_.pop_front();
       canceled_ = false;

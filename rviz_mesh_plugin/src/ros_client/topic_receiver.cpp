@@ -1,6 +1,8 @@
 #include "ros_client/topic_receiver.h"
 
+#include <deque>
 #include <mutex>
+#include <utility>
 
 #include <ros/callback_queue.h>
 #include <ros/console.h>
@@ -10,23 +12,6 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-/// Something to do on the thread, between two messages.
-class Task : public ros::CallbackInterface
-{
- public:
-  explicit Task(std::function<void()> work) : work_(std::move(work)) {}
-
-  CallResult call() override
-  {
-    work_();
-    work_ = nullptr;
-    return Success;
-  }
-
- private:
-  std::function<void()> work_;
-};
-
 /// roscpp loses a subscription that begins while another thread ends the last one of its topic.
 std::mutex& subscribing()
 {
@@ -34,20 +19,83 @@ std::mutex& subscribing()
   return mutex;
 }
 
-void work(ros::CallbackQueue& queue, const Cancellation& cancellation)
-{
-  while (!cancellation.flag()) {
-    try {
-      queue.callOne(ros::WallDuration(1.0));
-    } catch (const std::exception& error) {
-      ROS_ERROR("a message is lost: %s", error.what());
-    }
-  }
-  queue.disable();
-  queue.clear();
-}
-
 }  // namespace
+
+/// Messages of roscpp, and tasks to do between two of them. Tasks end subscriptions, for which
+/// roscpp locks its queue: they have to be destroyed without that lock, and so wait beside it.
+class TopicReceiver::Queue
+{
+ public:
+  using Task = std::function<void()>;
+
+  ros::CallbackQueue& messages() { return messages_; }
+
+  /// Where the thread has ended the task is dropped.
+  void add(Task task)
+  {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (is_closed_) {
+        return;
+      }
+      tasks_.push_back(std::move(task));
+    }
+    messages_.addCallback(boost::make_shared<Turn>(*this));
+  }
+
+  /// The thread.
+  void work(const Cancellation& cancellation)
+  {
+    while (!cancellation.flag()) {
+      try {
+        messages_.callOne(ros::WallDuration(1.0));
+      } catch (const std::exception& error) {
+        ROS_ERROR("a message is lost: %s", error.what());
+      }
+    }
+    messages_.disable();
+    messages_.clear();
+    std::deque<Task> dropped;  // destroyed after the lock
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_closed_ = true;
+    tasks_.swap(dropped);
+  }
+
+ private:
+  /// Of the first task.
+  class Turn : public ros::CallbackInterface
+  {
+   public:
+    explicit Turn(Queue& queue) : queue_(queue) {}
+
+    CallResult call() override
+    {
+      if (const Task task = queue_.takeFirst()) {
+        task();
+      }
+      return Success;
+    }
+
+   private:
+    Queue& queue_;  // that this is in
+  };
+
+  Task takeFirst()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (tasks_.empty()) {
+      return nullptr;
+    }
+    Task first = std::move(tasks_.front());
+    tasks_.pop_front();
+    return first;
+  }
+
+  ros::CallbackQueue messages_;
+  std::mutex mutex_;
+  std::deque<Task> tasks_;
+  bool is_closed_ = false;
+};
 
 TopicReceiver::Subscription& TopicReceiver::Subscription::operator=(Subscription&& other)
 {
@@ -66,17 +114,17 @@ void TopicReceiver::Subscription::end()
   }
   *ended_ = true;
   try {
-    queue_->addCallback(boost::make_shared<Task>([subscriber = subscriber_]() mutable {
+    queue_->add([subscriber = subscriber_]() mutable {
       const std::lock_guard<std::mutex> lock(subscribing());
       subscriber.shutdown();
-    }));
+    });
   } catch (const std::exception&) {  // no memory: it ends here
   }
   subscriber_ = ros::Subscriber();
   queue_.reset();
 }
 
-TopicReceiver::TopicReceiver() : queue_(std::make_shared<ros::CallbackQueue>()) {}
+TopicReceiver::TopicReceiver() : queue_(std::make_shared<Queue>()) {}
 
 /// The thread ends when it has done what is in the queue before.
 TopicReceiver::~TopicReceiver()
@@ -85,7 +133,7 @@ TopicReceiver::~TopicReceiver()
     return;
   }
   try {
-    queue_->addCallback(boost::make_shared<Task>([thread = thread_] { thread->cancel(); }));
+    queue_->add([thread = thread_] { thread->cancel(); });
   } catch (const std::exception&) {  // no memory
     thread_->cancel();
   }
@@ -97,10 +145,10 @@ TopicReceiver::Subscription TopicReceiver::subscribe(ros::NodeHandle& node_handl
 {
   if (!thread_) {
     auto thread = std::make_shared<WorkThread>("ROS messages");
-    thread->add([queue = queue_](const Cancellation& cancellation) { work(*queue, cancellation); });
+    thread->add([queue = queue_](const Cancellation& cancellation) { queue->work(cancellation); });
     thread_ = std::move(thread);
   }
-  options.callback_queue = queue_.get();
+  options.callback_queue = &queue_->messages();
   Subscription subscription;
   const std::lock_guard<std::mutex> lock(subscribing());
   subscription.subscriber_ = node_handle.subscribe(options);

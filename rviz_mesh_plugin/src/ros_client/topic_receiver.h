@@ -22,10 +22,6 @@
 
 #include "ros_client/message_lengths.h"
 
-namespace ros {
-class CallbackQueue;
-}
-
 namespace rviz_mesh_plugin {
 
 class WorkThread;
@@ -132,6 +128,8 @@ class CheckedCallback : public ros::SubscriptionCallbackHelper
 /// this) takes no time, roscpp's part of that follows later on the thread.
 class TopicReceiver
 {
+  class Queue;
+
  public:
   /// Set once nobody wants messages any more, also of a callback that runs at the time: what it
   /// has then to hand over has to be dropped.
@@ -150,7 +148,7 @@ class TopicReceiver
 
    private:
     friend class TopicReceiver;
-    std::shared_ptr<ros::CallbackQueue> queue_;  ///< null: it has ended
+    std::shared_ptr<Queue> queue_;  ///< null: it has ended
     std::shared_ptr<Flag> ended_;
     ros::Subscriber subscriber_;
   };
@@ -192,7 +190,7 @@ class TopicReceiver
   Subscription subscribe(ros::NodeHandle& node_handle, ros::SubscribeOptions& options,
                          const std::shared_ptr<Flag>& ended);
 
-  std::shared_ptr<ros::CallbackQueue> queue_;
+  std::shared_ptr<Queue> queue_;
   std::shared_ptr<WorkThread> thread_;
 };
 

@@ -55,21 +55,20 @@ void FaceParentsSource::request(const std::string& uuid, std::size_t face_count)
   if (!connected_) {
     return;
   }
-  {
-    const std::lock_guard<std::mutex> lock(known_->mutex);
-    if (known_->uuid == uuid && (known_->asking || known_->answered)) {
-      return;
-    }
-    known_->uuid = uuid;
-    known_->asking = true;
-    known_->answered = false;
-    known_->parents = nullptr;
+  const std::lock_guard<std::mutex> lock(known_->mutex);
+  if (known_->uuid == uuid && (known_->asking || known_->answered)) {
+    return;
   }
+  // First: where there is no thread, nobody is asked. The answer waits for the lock.
   thread_.add([known = known_, uuid, face_count,
                service = ros::names::append(namespace_, "get_derived_mesh")](
                   const Cancellation& cancellation) {
     ask(*known, service, uuid, face_count, cancellation);
   });
+  known_->uuid = uuid;
+  known_->asking = true;
+  known_->answered = false;
+  known_->parents = nullptr;
 }
 
 void FaceParentsSource::ask(Known& known, const std::string& service, const std::string& uuid,

@@ -175,9 +175,17 @@ void LabelClient::sendWaiting()
   waiting_ = std::move(rest);
   if (!removed.empty()) {
     deleting_since_ = std::chrono::steady_clock::now();
-    deleting_.start([service = delete_service_, removed](const Cancellation& cancellation) {
-      return deleteLabels(service, removed, cancellation);
-    });
+    try {
+      deleting_.start([service = delete_service_, removed](const Cancellation& cancellation) {
+        return deleteLabels(service, removed, cancellation);
+      });
+    } catch (...) {  // without a thread: they wait for the next time
+      being_deleted_.clear();
+      for (auto edit = removed.rbegin(); edit != removed.rend(); ++edit) {
+        waiting_.push_front({*edit, true});
+      }
+      throw;
+    }
   }
 }
 
@@ -201,15 +209,16 @@ std::string LabelClient::work()
   sendWaiting();
   const auto stored = storing_.take();
   if (!storing_.isRunning() && !requests_.empty()) {
-    storing_.start([service = color_service_,
-                    requests = std::exchange(requests_, {})](const Cancellation& cancellation) {
-      std::string failure;
-      for (const auto& label : requests) {
-        const std::string newest = storeColor(service, label.second, cancellation);
-        failure = newest.empty() ? failure : newest;
-      }
-      return failure;
-    });
+    storing_.start(
+        [service = color_service_, requests = requests_](const Cancellation& cancellation) {
+          std::string failure;
+          for (const auto& label : requests) {
+            const std::string newest = storeColor(service, label.second, cancellation);
+            failure = newest.empty() ? failure : newest;
+          }
+          return failure;
+        });
+    requests_.clear();
   }
   const std::string not_stored = stored ? stored->result.value_or(stored->error) : std::string();
   return not_deleted.empty() || not_stored.empty() ? not_deleted + not_stored

@@ -171,11 +171,12 @@ void LabelColorSource::clear()
 
 void LabelColorSource::request(const std::string& uuid)
 {
-  if (!connected_ || !asked_.insert(uuid).second) {
+  if (!connected_ || asked_.count(uuid) != 0) {
     return;
   }
   thread_.add([known = known_, uuid, service = ros::names::append(namespace_, "get_label_colors")](
                   const Cancellation& cancellation) { ask(*known, service, uuid, cancellation); });
+  asked_.insert(uuid);
 }
 
 /// Where that fails, nothing is wrong: there are owners without colors.

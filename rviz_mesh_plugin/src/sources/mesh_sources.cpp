@@ -105,12 +105,19 @@ std::vector<MeshMember> MeshSources::connect(ros::NodeHandle& node_handle, const
       renamed[MeshMember::MATERIALS] || renamed[MeshMember::TEXTURES];
   std::vector<MeshMember> forgotten;
   for (const MeshMember part : MESH_MEMBERS) {
+    if (renamed[part]) {
+      forgotten.push_back(part);
+    }
+  }
+  if (!forgotten.empty()) {
+    services_.cancel();  // first: what they bring may be among it
+  }
+  for (const MeshMember part : MESH_MEMBERS) {
     Topic& topic = topics_[part];
     if (renamed[part]) {
       topic.subscription.end();
       topic.subscribed = false;
       forget(part);
-      forgotten.push_back(part);
     }
     if (!topic.subscribed) {
       topic.name = names.topics[part];
@@ -127,9 +134,6 @@ std::vector<MeshMember> MeshSources::connect(ros::NodeHandle& node_handle, const
       }
       topic.subscribed = true;
     }
-  }
-  if (!forgotten.empty()) {
-    services_.cancel();  // what they brought may be among it
   }
   return forgotten;
 }

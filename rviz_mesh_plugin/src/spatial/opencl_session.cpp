@@ -151,7 +151,10 @@ std::shared_ptr<OpenClSession> OpenClSession::shared(const std::string& wish,
       new OpenClSession(wish, cache_folder, std::move(log)));
   // Its thread keeps it until it has ended. The last user waits for that: drivers and compilers
   // must not work while the end of the process takes their libraries down.
-  session.reset(started.get(), [started](OpenClSession* abandoned) { abandoned->thread_.join(); });
+  session.reset(started.get(), [kept = started](OpenClSession* abandoned) mutable {
+    abandoned->thread_.join();
+    kept.reset();  // the registry's weak pointer would keep it
+  });
   if (all.failed.count(key) != 0) {
     session->end(State::UNUSABLE);
     return session;

@@ -1,5 +1,6 @@
 #include <malloc.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -267,6 +268,28 @@ TEST(Loader, lays_out_after_all_where_the_message_it_gave_way_to_is_refused)
     })) << i;
   }
   EXPECT_EQ(receiver.reception.refused, 5u);
+}
+
+TEST(Loader, lays_out_after_all_though_another_mesh_comes_before_that_message)
+{
+  Receiver receiver;
+  receiver.loader.receive(terrain(300));
+  ASSERT_TRUE(receiver.waitForLayout(180000));
+  const MeshDataConstPtr mesh = receiver.meshes[0];
+  auto wrong = boost::make_shared<mesh_msgs::MeshGeometryStamped>(*terrain(300));
+  wrong->mesh_geometry.faces[7].vertex_indices[0] = 4000000000;
+  const auto other = terrain(5, "other");
+  receiver.layouts.clear();
+  receiver.loader.layOut(mesh, Split::BY_FACE, nullptr);
+  ASSERT_TRUE(receiver.waitFor([&] { return !receiver.working.empty(); }));
+  receiver.loader.receive(other);
+  receiver.loader.receive(wrong);
+  ASSERT_TRUE(receiver.waitFor([&] { return receiver.reception.refused == 1; }));
+  EXPECT_EQ(receiver.meshes.back()->uuid, "other");
+  EXPECT_TRUE(receiver.waitFor([&] {
+    return std::any_of(receiver.layouts.begin(), receiver.layouts.end(),
+                       [](const auto& layout) { return layout->split == Split::BY_FACE; });
+  }));
 }
 
 TEST(Loader, never_hands_over_a_preview_after_the_layout)

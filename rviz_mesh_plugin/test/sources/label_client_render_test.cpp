@@ -1,11 +1,14 @@
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <mesh_msgs/DeleteLabel.h>
+#include <mesh_msgs/SetLabelColor.h>
 #include <osmesa_harness/render_fixture.h>
 
 #include "sources/label_client.h"
+#include "support/no_threads.h"
 #include "support/service_servers.h"
 
 using mesh_msgs::DeleteLabel;
@@ -83,6 +86,40 @@ TEST_F(LabelClientTest, a_label_is_deleted_by_the_service_and_edits_after_that_w
   gate.open();
   ASSERT_TRUE(comes(4));
   EXPECT_EQ(done, (Done{"store tree_1 3", "store car_1 2", "delete tree_1", "store tree_1 6"}));
+}
+
+TEST_F(LabelClientTest, without_a_thread_what_is_to_be_done_waits_for_one)
+{
+  Servers servers;
+  const auto deleting = servers.serve<DeleteLabel>(
+      name_space + "/delete_label", [&](DeleteLabel::Request& request, DeleteLabel::Response&) {
+        done.push_back("delete " + request.label);
+        return true;
+      });
+  const auto coloring = servers.serve<mesh_msgs::SetLabelColor>(
+      name_space + "/set_label_color",
+      [&](mesh_msgs::SetLabelColor::Request& request, mesh_msgs::SetLabelColor::Response&) {
+        done.push_back("color " + request.label);
+        return true;
+      });
+  {
+    const NoThreads none;
+    client.remove(edit("tree_1", 0));
+    client.remove(edit("tree_2", 0));
+    client.store(edit("tree_1", 4));
+    EXPECT_THROW(client.work(), std::system_error);
+    EXPECT_THROW(client.work(), std::system_error);
+  }
+  ASSERT_TRUE(comes(3));
+  EXPECT_EQ(done, (Done{"delete tree_1", "delete tree_2", "store tree_1 4"}));
+  const rviz_mesh_plugin::Rgba8 red{255, 0, 0, 255};
+  {
+    const NoThreads none;
+    client.setColor("map", "tree_1", &red);
+    EXPECT_THROW(client.work(), std::system_error);
+  }
+  ASSERT_TRUE(comes(4));
+  EXPECT_EQ(done.back(), "color tree_1");
 }
 
 TEST_F(LabelClientTest, an_owner_that_hangs_does_not_hold_up_later_edits_for_ever)

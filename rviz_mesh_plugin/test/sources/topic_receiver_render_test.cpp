@@ -7,6 +7,7 @@
 #include <new>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -17,10 +18,12 @@
 #include "support/no_threads.h"
 #include "support/raw_messages.h"
 #include "support/service_servers.h"
+#include "threads/work_thread.h"
 
 using rviz_mesh_plugin::MeshMember;
 using rviz_mesh_plugin::MeshSources;
 using rviz_mesh_plugin::TopicReceiver;
+using rviz_mesh_plugin::WorkThread;
 using service_servers::Gate;
 using service_servers::waitFor;
 
@@ -111,6 +114,41 @@ TEST_F(Topics, are_left_for_good_with_their_receiver)
   gate.open();
   EXPECT_TRUE(waitFor([&] { return publisher.getNumSubscribers() == 0; }));
   EXPECT_TRUE(waitFor([&] { return owned.use_count() == 1; })) << "all is freed";
+}
+
+// roscpp destroys what is in its queue with the queue locked, and locks it to unsubscribe.
+TEST_F(Topics, left_while_a_message_is_being_received_let_the_process_end)
+{
+  const auto publisher = node.advertise<Message>(topic, 10, true);
+  publisher.publish(MESSAGE);
+  Gate gate;
+  Callbacks hanging;
+  hanging.receive = [&gate](const Message::ConstPtr&, const TopicReceiver::Flag&) { gate.pass(); };
+  TopicReceiver receiver;
+  auto subscription = receiver.subscribe(node, topic, 10, hanging);
+  ASSERT_TRUE(waitFor([&] { return gate.reached == 1; }));
+  std::atomic<bool> running{false}, canceled{false};
+  WorkThread last("last");  // to start, and to be canceled
+  last.add([&](const rviz_mesh_plugin::Cancellation& cancellation) {
+    running = true;
+    while (!cancellation.flag()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    canceled = true;
+  });
+  ASSERT_TRUE(waitFor([&] { return running.load(); }));
+  subscription.end();
+  const auto joined = std::make_shared<std::promise<void>>();
+  std::thread end([joined] {
+    WorkThread::joinAll();
+    joined->set_value();
+  });
+  EXPECT_TRUE(waitFor([&] { return canceled.load(); }));
+  gate.open();
+  const bool has_ended =
+      joined->get_future().wait_for(std::chrono::seconds(30)) == std::future_status::ready;
+  EXPECT_TRUE(has_ended);
+  has_ended ? end.join() : end.detach();
 }
 
 // roscpp may lose a subscription that begins while the last one of the topic ends.

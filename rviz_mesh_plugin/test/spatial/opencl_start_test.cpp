@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "query_fixture.h"
+#include "spatial/opencl_session.h"
 
 using query_test::Log;
 using query_test::Questions;
@@ -90,6 +91,16 @@ TEST_F(OpenClStartTest, is_shared_by_all_meshes_of_the_process)
   ASSERT_EQ(log_.infos().size(), 1u);
   const auto info = rviz_mesh_plugin::describe(rviz_mesh_plugin::listDevices().at(0));
   EXPECT_NE(log_.infos()[0].find(info.driver), std::string::npos) << log_.infos()[0];
+}
+
+TEST_F(OpenClStartTest, frees_everything_with_its_last_user)
+{
+  auto session = rviz_mesh_plugin::OpenClSession::shared("", cache_.path(), nullptr);
+  ASSERT_TRUE(session->wait());
+  const std::weak_ptr<const rviz_mesh_plugin::OpenClProgram> program = session->program();
+  ASSERT_FALSE(program.expired());
+  session.reset();
+  EXPECT_TRUE(program.expired());
 }
 
 TEST_F(OpenClStartTest, is_off_or_another_device_if_wished)
