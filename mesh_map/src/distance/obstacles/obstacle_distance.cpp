@@ -66,14 +66,13 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   require(lethal.size() == lethal_.size(), "there have to be as many lethal flags as vertices");
   known_ = false;  // until it ends
   lethal_.assign(lethal.begin(), lethal.end());
-  clear(threads);
-  const std::vector<WindowScope> wanted = slabs(resolveThreads(threads));
+  const std::vector<Slab> wanted = slabs(clear(threads), resolveThreads(threads));
   std::atomic<bool> is_done{true};
   parallelFor(wanted.size(), 1, threads, [&]() -> RangeBody {
     const auto propagation = std::make_shared<WindowPropagation>(*mesh_, max_distance_);
     return [&, propagation](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end && is_done; ++i) {
-        if (!solveIn(wanted[i], *propagation, cancel)) {
+        if (!solveIn(wanted, i, *propagation, cancel)) {
           is_done = false;
         }
       }
@@ -83,8 +82,8 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   return known_;
 }
 
-/// Forgets all distances, and notes the borders of obstacles.
-void ObstacleDistance::clear(unsigned threads)
+/// Forgets all distances, and finds the borders of obstacles.
+std::vector<std::uint32_t> ObstacleDistance::clear(unsigned threads)
 {
   constexpr std::size_t AT_A_TIME = 16384;
   std::vector<std::vector<std::uint32_t>> found((lethal_.size() + AT_A_TIME - 1) / AT_A_TIME);
@@ -102,60 +101,74 @@ void ObstacleDistance::clear(unsigned threads)
       }
     };
   });
-  border_.clear();
+  std::vector<std::uint32_t> border;
   longest_ = 0.0;
   for (std::size_t chunk = 0; chunk < found.size(); ++chunk) {
     longest_ = std::max(longest_, longest[chunk]);
-    border_.insert(border_.end(), found[chunk].begin(), found[chunk].end());
+    border.insert(border.end(), found[chunk].begin(), found[chunk].end());
   }
+  return border;
 }
 
 /// The mesh in slabs across its longest axis, with about as many obstacles in each: with as much to
 /// do.
-std::vector<WindowScope> ObstacleDistance::slabs(std::size_t threads) const
+std::vector<ObstacleDistance::Slab> ObstacleDistance::slabs(
+    const std::vector<std::uint32_t>& obstacles, std::size_t threads) const
 {
   WindowScope rest;
   rest.axis = parts_.axis();
   std::vector<double> sample;
-  for (std::size_t i = 0; i < border_.size(); i += border_.size() / 4096 + 1) {
-    const double at = rest.at(mesh_->position(border_[i]));
+  for (std::size_t i = 0; i < obstacles.size(); i += obstacles.size() / 4096 + 1) {
+    const double at = rest.at(mesh_->position(obstacles[i]));
     if (std::isfinite(at)) {
       sample.push_back(at);
     }
   }
   std::sort(sample.begin(), sample.end());
   const std::size_t count =
-      std::max(threads > 1 ? SLABS_PER_THREAD * threads : 1, border_.size() / MOST_OBSTACLES);
+      std::max(threads > 1 ? SLABS_PER_THREAD * threads : 1, obstacles.size() / MOST_OBSTACLES);
   const double width = PART_WIDTH * max_distance_;
-  std::vector<WindowScope> slabs;
+  std::vector<Slab> slabs;
   for (std::size_t i = 1; i < count && !sample.empty(); ++i) {
     const double cut = sample[i * sample.size() / count];
     if (cut - std::max(rest.low, sample.front()) > width && sample.back() - cut > width) {
-      slabs.push_back(rest);
-      slabs.back().high = rest.low = cut;
+      slabs.push_back({rest, {}});
+      slabs.back().scope.high = rest.low = cut;
     }
   }
-  slabs.push_back(rest);
+  slabs.push_back({rest, {}});
+  const auto isBefore = [](double at, const Slab& slab) { return at < slab.scope.high; };
+  for (const std::uint32_t v : obstacles) {
+    const double at = rest.at(mesh_->position(v));
+    const auto slab = std::upper_bound(slabs.begin(), slabs.end() - 1, at, isBefore);
+    slab->obstacles.push_back({v, at});
+  }
   return slabs;
 }
 
 /// What is in one of the slabs.
-bool ObstacleDistance::solveIn(const WindowScope& slab, WindowPropagation& propagation,
-                               const std::atomic<bool>* cancel)
+bool ObstacleDistance::solveIn(const std::vector<Slab>& slabs, std::size_t slab,
+                               WindowPropagation& propagation, const std::atomic<bool>* cancel)
 {
+  const WindowScope& scope = slabs[slab].scope;
   const double reach = max_distance_ + longest_;
+  const double low = scope.low - reach, high = scope.high + reach;
   std::vector<std::uint32_t> border;
-  for (const std::uint32_t v : border_) {
-    const double at = slab.at(mesh_->position(v));
-    if (!(at < slab.low - reach || at > slab.high + reach)) {
-      border.push_back(v);
+  for (const Slab& other : slabs) {
+    if (other.scope.high < low || other.scope.low > high) {
+      continue;
+    }
+    for (const Obstacle& obstacle : other.obstacles) {
+      if (obstacle.at >= low && obstacle.at <= high) {
+        border.push_back(obstacle.vertex);
+      }
     }
   }
-  if (!propagation.run(lethal_, border, slab, cancel)) {
+  if (!propagation.run(lethal_, border, scope, cancel)) {
     return false;
   }
   for (const std::uint32_t v : propagation.reached()) {
-    if (slab.isIn(mesh_->position(v))) {
+    if (scope.isIn(mesh_->position(v))) {
       take(v, propagation);
     }
   }

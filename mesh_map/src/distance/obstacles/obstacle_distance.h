@@ -54,10 +54,22 @@ class ObstacleDistance
   const FastMarchingMesh& mesh() const { return *mesh_; }
 
  private:
-  std::vector<WindowScope> slabs(std::size_t threads) const;
-  bool solveIn(const WindowScope& slab, WindowPropagation& propagation,
+  /// A lethal vertex next to others, and where it is across the slabs.
+  struct Obstacle
+  {
+    std::uint32_t vertex;
+    double at;
+  };
+  struct Slab
+  {
+    WindowScope scope;
+    std::vector<Obstacle> obstacles;
+  };
+
+  std::vector<Slab> slabs(const std::vector<std::uint32_t>& obstacles, std::size_t threads) const;
+  bool solveIn(const std::vector<Slab>& slabs, std::size_t slab, WindowPropagation& propagation,
                const std::atomic<bool>* cancel);
-  void clear(unsigned threads);
+  std::vector<std::uint32_t> clear(unsigned threads);
   bool isAtBorder(std::uint32_t v) const;
   double longestObstacle(std::uint32_t v) const;
   bool solveAround(const std::vector<std::uint32_t>& flipped, std::size_t most,
@@ -74,7 +86,6 @@ class ObstacleDistance
       start_;  // PathStart, of vertices with a finite distance above 0; else 0
   bool known_ = false;
   VertexParts parts_;
-  std::vector<std::uint32_t> border_;  // lethal vertices next to others, of compute()
   double longest_ = 0.0;  // at least the length of any edge between lethal vertices at borders
   std::unique_ptr<WindowPropagation> around_;  // of update()
   std::vector<float> gaps_;                    // of update(): the maximum distance in between
