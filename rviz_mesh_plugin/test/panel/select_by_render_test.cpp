@@ -3,8 +3,12 @@
 #include <limits>
 #include <string>
 
+#include <geometry_msgs/TransformStamped.h>
 #include <mesh_msgs/LayerInfoArray.h>
 #include <ros/names.h>
+#include <rviz/frame_manager.h>
+#include <rviz/visualization_manager.h>
+#include <tf2_ros/buffer.h>
 #include <QComboBox>
 #include <QLineEdit>
 
@@ -152,6 +156,31 @@ TEST_F(SelectByDialogTest, selects_by_height_and_slope)
   EXPECT_EQ(selectedNow().size(), 60u);
   pick("combination", 2);
   EXPECT_EQ(selectedNow(), test_labels::rows(10, 5, 7));
+}
+
+TEST_F(SelectByDialogTest, heights_are_those_in_the_fixed_frame)
+{
+  // On its side, and 2 m up: what is y in the mesh points up.
+  geometry_msgs::TransformStamped transform;
+  transform.header.frame_id = "map";
+  transform.header.stamp = ros::Time::now();
+  transform.child_frame_id = "lifted";
+  transform.transform.translation.z = 2.0;
+  transform.transform.rotation.x = transform.transform.rotation.w = std::sqrt(0.5);
+  manager()->getFrameManager()->getTF2BufferPtr()->setTransform(transform, "test", true);
+  server->addLabel("tree_1", test_labels::rows(10, 0, 1));
+  createMeshDisplay();
+  display = createLabels();
+  mesh_msgs::MeshGeometryStamped mesh = test_meshes::terrain(10, [](double, double) { return 0; });
+  mesh.header.frame_id = "lifted";
+  geometry.publish(mesh);
+  createPanel();
+  openNow();
+  pick("kind", 1);
+  range("heights", "2", "");  // y from 0
+  EXPECT_EQ(selectedNow(), test_labels::rows(10, 5, 10));
+  range("heights", "", "1.41");  // y up to -0.59 m
+  EXPECT_EQ(selectedNow(), test_labels::rows(10, 0, 2));
 }
 
 TEST_F(SelectByDialogTest, selects_by_label_and_follows_the_labels)
