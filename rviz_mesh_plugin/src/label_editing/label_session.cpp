@@ -587,13 +587,18 @@ std::string LabelSession::merge(const std::vector<std::string>& labels, const st
     Plan plan;
     plan.faces = change.faces->size() + change.before->size();
     std::vector<LabelFacesConstPtr> parts{change.faces};
+    std::optional<Rgba8> color;
     Edits cleared;
     for (const std::string& label : labels) {
       if (label != into) {
         parts.push_back(faces(label));
         plan.faces += parts.back()->size();
+        color = color ? color : state(label).color;
         cleared.push_back(clearing(label, into));
       }
+    }
+    if (color && faces(into)->empty()) {  // it is about to go: as renaming
+      cleared.insert(cleared.begin(), colorEdit(into, color));
     }
     plan.make = [change, parts, cleared]() mutable {
       Faces all;

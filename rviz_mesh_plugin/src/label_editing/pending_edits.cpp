@@ -27,6 +27,30 @@ void PendingEdits::add(LabelEdit edit)
     }
   }
   before = std::move(pending);
+  const LabelEdit& added = before.edit;
+  if (added.faces && added.faces->empty() && !added.adds) {
+    edits_.erase({added.mesh, added.label, true});  // which goes with the label
+  }
+  breakCircle(added);
+}
+
+/// Labels that got each other's faces in turn would wait for each other for ever. The one that is
+/// to have the faces goes first.
+void PendingEdits::breakCircle(const LabelEdit& edit)
+{
+  std::vector<LabelEdit*> waiting;
+  std::string label = edit.label;
+  do {
+    const auto next = edits_.find({edit.mesh, label, false});
+    if (next == edits_.end() || next->second.edit.after.empty()) {
+      return;
+    }
+    waiting.push_back(&next->second.edit);
+    label = next->second.edit.after;
+  } while (label != edit.label);
+  const auto first = std::find_if(waiting.begin(), waiting.end(),
+                                  [](const LabelEdit* one) { return !one->faces->empty(); });
+  (first == waiting.end() ? waiting.front() : *first)->after.clear();
 }
 
 bool PendingEdits::mustWait(const LabelEdit& edit) const

@@ -94,6 +94,7 @@ class PendingEdits
     bool asked = false;       ///< since then
     std::string failure;      ///< is not sent on its own any more
   };
+  void breakCircle(const LabelEdit& edit);
   bool mustWait(const LabelEdit& edit) const;
 
   Clock::duration patience_;

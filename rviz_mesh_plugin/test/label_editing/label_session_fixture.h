@@ -81,8 +81,25 @@ class LabelSessionFixture : public LabelDisplayFixture
       return testing::AssertionFailure() << server->edits().size() << " edits";
     }
     const auto cluster = after(server->edits().back());
+    answered = count;
     return publish(cluster) ? testing::AssertionSuccess()
                             : testing::AssertionFailure() << "not shown";
+  }
+
+  /// Stores all edits in the order in which they come, and answers those not answered yet.
+  testing::AssertionResult answerAll()
+  {
+    const bool stored = until([&] {
+      const auto edits = server->edits();
+      for (; answered < edits.size(); ++answered) {
+        server->labels.publish(after(edits[answered]));
+      }
+      return session->unstored() == 0;
+    });
+    return stored ? testing::AssertionSuccess()
+                  : testing::AssertionFailure()
+                        << session->unstored() << " edits are not stored, " << session->failed()
+                        << " of them failed: " << session->failure();
   }
 
   /// Somebody has stored this label; waits until the display has it.
@@ -113,5 +130,6 @@ class LabelSessionFixture : public LabelDisplayFixture
   Display* display = nullptr;
   std::unique_ptr<rviz_mesh_plugin::LabelSession> session;
   ros::Subscriber everybody;
+  std::size_t answered = 0;         ///< edits
   std::vector<std::string> copies;  ///< on /cluster_label
 };

@@ -106,6 +106,78 @@ TEST_F(LabelSessionTest, merging_stores_all_faces_before_the_others_go)
   EXPECT_EQ(session->unstored(), 1u) << "tree_1 has not come back";
 }
 
+TEST_F(LabelSessionTest, merging_back_before_anything_was_sent_stores_what_was_asked_for_last)
+{
+  start();
+  EXPECT_EQ(session->merge({"tree_1", "tree_2"}, "tree_2"), "");
+  EXPECT_EQ(session->merge({"tree_1", "tree_2"}, "tree_1"), "");
+  EXPECT_EQ(*session->faces("tree_1"), rows(10, 0, 2));
+  ASSERT_TRUE(answerAll());
+  EXPECT_TRUE(received(0, "tree_1", rows(10, 0, 2)));
+  EXPECT_TRUE(received(1, "tree_2", {}));
+  EXPECT_EQ(*session->faces("tree_1"), rows(10, 0, 2));
+  EXPECT_EQ(session->names(), (std::vector<std::string>{"tree_1", "wall_1"}));
+}
+
+TEST_F(LabelSessionTest, merging_back_what_was_sent_stores_what_was_asked_for_last_however_late)
+{
+  start();
+  EXPECT_EQ(session->merge({"tree_1", "tree_2"}, "tree_2"), "");
+  ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
+  EXPECT_EQ(session->merge({"tree_1", "tree_2"}, "tree_1"), "");
+  ASSERT_TRUE(until([&] { return server->edits().size() == 2; })) << "it waits for itself";
+  EXPECT_TRUE(received(1, "tree_1", rows(10, 0, 2)));
+  ASSERT_TRUE(answerAll());
+  EXPECT_TRUE(received(2, "tree_2", {}));
+  EXPECT_EQ(*session->faces("tree_1"), rows(10, 0, 2));
+  EXPECT_EQ(session->names(), (std::vector<std::string>{"tree_1", "wall_1"}));
+  EXPECT_EQ(session->undo(), "undone: merging 2 labels into 'tree_1'");
+  ASSERT_TRUE(answerAll());
+  EXPECT_EQ(*session->faces("tree_2"), rows(10, 0, 2)) << "as after the first time";
+  EXPECT_EQ(session->names(), (std::vector<std::string>{"tree_2", "wall_1"}));
+}
+
+TEST_F(LabelSessionTest, merging_back_what_was_renamed_keeps_faces_and_color_at_any_moment)
+{
+  server->setColors(colorsOf({{"tree_1", {10, 20, 30}}}));
+  start();
+  ASSERT_TRUE(until([&] { return session->content()().at("tree_1").color.has_value(); }));
+  EXPECT_EQ(session->rename("tree_1", "bush_7"), "");
+  EXPECT_EQ(session->merge({"tree_1", "bush_7"}, "tree_1"), "") << "nothing is sent yet";
+  ASSERT_TRUE(answerAll());
+  EXPECT_EQ(*session->faces("tree_1"), rows(10, 0, 1));
+  EXPECT_EQ(session->names(), (std::vector<std::string>{"tree_1", "tree_2", "wall_1"}));
+  ASSERT_TRUE(until([&] { return server->edits().size() == 2; })) << "both are as they were";
+  EXPECT_EQ(session->rename("tree_1", "bush_7"), "");
+  ASSERT_TRUE(store(3));
+  server->colors.publish(colorsOf({{"tree_1", {10, 20, 30}}, {"bush_7", {10, 20, 30}}}));
+  ASSERT_TRUE(until([&] { return server->edits().size() == 4; }));
+  EXPECT_TRUE(received(3, "tree_1", {}));
+  EXPECT_EQ(session->merge({"tree_1", "bush_7"}, "tree_1"), "") << "the old one is about to go";
+  const std::size_t colors = server->colorsSet().size();
+  ASSERT_TRUE(until([&] { return server->colorsSet().size() > colors; }))
+      << "its color goes with it, and is set again";
+  EXPECT_EQ(server->colorsSet().back().label, "tree_1");
+  EXPECT_EQ(server->colorsSet().back().color.g, 20 / 255.0f);
+  ASSERT_TRUE(answerAll());
+  EXPECT_EQ(*session->faces("tree_1"), rows(10, 0, 1));
+  EXPECT_EQ(session->names(), (std::vector<std::string>{"tree_1", "tree_2", "wall_1"}));
+}
+
+TEST_F(LabelSessionTest, merging_back_does_not_overwrite_what_others_have_changed)
+{
+  start();
+  EXPECT_EQ(session->rename("tree_1", "bush_7"), "");
+  ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
+  ASSERT_TRUE(publish(LabelServer::cluster("tree_1", {3, 150})));
+  EXPECT_EQ(session->merge({"tree_1", "bush_7"}, "tree_1"), "");
+  ASSERT_TRUE(until([&] { return session->failed() == 1; }));
+  EXPECT_NE(session->failure().find("'tree_1' is not stored: it has changed meanwhile"),
+            std::string::npos)
+      << session->failure();
+  EXPECT_EQ(server->edits().size(), 1u) << "the other one stays, too";
+}
+
 TEST_F(LabelSessionTest, an_edit_that_is_lost_fails_and_is_sent_again)
 {
   start(1ms);

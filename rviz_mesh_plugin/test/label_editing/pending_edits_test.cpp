@@ -108,6 +108,38 @@ TEST(PendingEdits, wait_for_those_that_come_before_them)
   EXPECT_EQ(owner.sent, (Names{"new", "new color", "a"}));
 }
 
+TEST(PendingEdits, do_not_wait_for_each_other_the_one_with_faces_goes_first)
+{
+  Owner owner;
+  owner.edits.add(facesOf("b", {1}));
+  owner.edits.add(facesOf("a", {}, "b"));
+  owner.edits.add(facesOf("c", {1}));
+  owner.edits.add(facesOf("b", {}, "c"));
+  owner.edits.add(facesOf("a", {1}, "b"));  // as it was to be cleared before
+  owner.edits.add(facesOf("c", {}, "a"));
+  owner.work();
+  EXPECT_EQ(owner.sent, Names{"a"});
+  owner.stored = {"a"};
+  owner.work();
+  EXPECT_EQ(owner.sent, (Names{"a", "c"}));
+  owner.stored.insert("c");
+  owner.work();
+  EXPECT_EQ(owner.sent, (Names{"a", "c", "b"}));
+}
+
+TEST(PendingEdits, of_a_color_go_with_their_label)
+{
+  Owner owner;
+  owner.edits.add(facesOf("a", {1}));
+  owner.edits.add(colorOf("a"));
+  owner.edits.add(facesOf("a", {}));
+  EXPECT_EQ(owner.edits.count(), 1u);
+  owner.stored = {"a"};
+  owner.work();
+  owner.work();
+  EXPECT_EQ(owner.sent, Names{"a"}) << "who stores labels has none to color";
+}
+
 TEST(PendingEdits, that_fail_are_kept_and_can_be_sent_again)
 {
   Owner owner;
