@@ -76,8 +76,31 @@ LabelSession::Faces asStored(const LabelSession::Faces& faces, const ClusterLabe
 
 }  // namespace
 
+class LabelSession::OtherMesh
+{
+ public:
+  OtherMesh(LabelSession& session, const MeshId& mesh)
+      : session_(session), edited_(session.display_)
+  {
+    session_.display_ = session_.displayOf(mesh);
+  }
+  ~OtherMesh() { session_.display_ = edited_; }
+  OtherMesh(const OtherMesh&) = delete;
+  OtherMesh& operator=(const OtherMesh&) = delete;
+
+ private:
+  LabelSession& session_;
+  const QPointer<ClusterLabelDisplay> edited_;
+};
+
 LabelSession::LabelSession(rviz::DisplayContext* context, std::chrono::milliseconds patience)
-    : context_(context), edits_(patience)
+    : context_(context),
+      edits_(patience),
+      commands_({[this](const MeshId& mesh) { return displayOf(mesh) != nullptr; },
+                 [this](EditCommand& command) { return begin(command); },
+                 [this](const EditCommand& command, Edits edits) {
+                   return finish(command, std::move(edits));
+                 }})
 {
   everybody_.advertise(node_, EVERYBODY, QUEUE);
 }
@@ -108,29 +131,38 @@ void LabelSession::work(const MeshDataConstPtr& mesh)
     shows_edits_ = false;
   }
   display_ = best;
-  namespace_ = display_ ? labelNamespace(display_->source()) : std::string();
-  workOnCommands();
+  if (const auto reason = commands_.work()) {
+    command_failure_ = reason->empty() ? command_failure_ : *reason;
+    ++revision_;
+  }
   const auto stored = edits_.work(
       PendingEdits::Clock::now(), [this](const LabelEdit& edit) { return isStored(edit); },
       [this](const LabelEdit& edit) { return send(edit); },
       [this](const LabelEdit& edit) {
-        ClusterLabelDisplay* display = edit.faces ? displayOf(edit) : nullptr;
+        ClusterLabelDisplay* display = edit.faces ? displayOf(edit.mesh) : nullptr;
         if (display) {
           display->askForLabels();
         }
       });
   for (const LabelEdit& edit : stored) {
-    saving_.addStored(edit.mesh, edit.label, labelNamespace(displayOf(edit)->source()));
+    saving_.addStored(edit.mesh, edit.label, labelNamespace(displayOf(edit.mesh)->source()));
   }
-  const OptionalStatus status = edits_.status();
-  showEdits(status || commands_.empty()
-                ? status
-                : StatusLine::ok(commands_.front().what, " is being made ready"));
-  const bool saved = saving_.work(namespace_);
+  showEdits(status());
+  const bool saved = saving_.work(nameSpace());
   if (saved || !stored.empty() || labels() != known_) {
     known_ = labels();
     ++revision_;
   }
+}
+
+OptionalStatus LabelSession::status() const
+{
+  const OptionalStatus status = edits_.status();
+  if (status || commands_.empty()) {
+    return status;
+  }
+  return commands_.held().empty() ? StatusLine::ok(commands_.first().what, " is being made ready")
+                                  : StatusLine::warn(failure());
 }
 
 bool LabelSession::isOf(const MeshDataConstPtr& mesh) const
@@ -147,18 +179,10 @@ void LabelSession::sendAgain()
 void LabelSession::giveUp()
 {
   edits_.giveUp();
-  commands_.clear();
-  making_.drop();
+  commands_.giveUp();
   other_.clear();
   command_failure_.clear();
   ++revision_;
-}
-
-bool LabelSession::busy() const
-{
-  return making_.isRunning() ||
-         std::any_of(commands_.begin(), commands_.end(),
-                     [mesh = id()](const Command& command) { return command.mesh == mesh; });
 }
 
 const LabelClusters& LabelSession::labels() const
@@ -169,7 +193,7 @@ const LabelClusters& LabelSession::labels() const
 
 bool LabelSession::labelsKnown() const
 {
-  return !display_ || namespace_.empty() || display_->labelsComplete();
+  return !display_ || nameSpace().empty() || display_->labelsComplete();
 }
 
 std::optional<Rgba8> LabelSession::color(const std::string& label) const
@@ -180,6 +204,11 @@ std::optional<Rgba8> LabelSession::color(const std::string& label) const
 MeshId LabelSession::id() const
 {
   return idOf(mesh());
+}
+
+std::string LabelSession::nameSpace() const
+{
+  return display_ ? labelNamespace(display_->source()) : std::string();
 }
 
 std::vector<std::string> LabelSession::names() const
@@ -234,25 +263,30 @@ bool LabelSession::isUnsaved(const std::string& label) const
   return saving_.isUnsaved(id(), label);
 }
 
-ClusterLabelDisplay* LabelSession::displayOf(const LabelEdit& edit) const
+ClusterLabelDisplay* LabelSession::displayOf(const MeshId& mesh) const
 {
-  if (display_ && id() == edit.mesh) {
+  if (display_ && id() == mesh) {
     return display_;
   }
   return bestDisplay(*context_, [&](const ClusterLabelDisplay& display) {
-    return idOf(display.mesh()) == edit.mesh ? 1 + (display.isEnabled() ? 1 : 0) : 0;
+    return idOf(display.mesh()) == mesh ? 1 + (display.isEnabled() ? 1 : 0) : 0;
   });
+}
+
+std::string LabelSession::whyNotShown(const MeshId& mesh) const
+{
+  const std::string& uuid = mesh.first;
+  return id().first == uuid && this->mesh()
+             ? "the mesh '" + uuid + "' is another one now, with other faces"
+             : "no display shows the labels of its mesh '" + uuid +
+                   "': show that mesh and its labels again, with Map3D";
 }
 
 std::string LabelSession::send(const LabelEdit& edit)
 {
-  ClusterLabelDisplay* display = displayOf(edit);
-  const std::string& uuid = edit.mesh.first;
+  ClusterLabelDisplay* display = displayOf(edit.mesh);
   if (!display) {
-    return mesh() && mesh()->uuid == uuid
-               ? "the mesh '" + uuid + "' is another one now, with other faces"
-               : "no display shows the labels of its mesh '" + uuid +
-                     "': show that mesh and its labels again, with Map3D";
+    return whyNotShown(edit.mesh);
   }
   if (!edit.faces) {
     return display->setLabelColor(edit.label, edit.color ? &*edit.color : nullptr);
@@ -266,6 +300,7 @@ std::string LabelSession::send(const LabelEdit& edit)
   // Not where the UUID says "the only one": that may be another mesh for who hears it. Nor that a
   // label has gone: its owner deletes it, and no faces would be a label without faces elsewhere.
   const bool removes = edit.faces->empty() && !edit.adds;
+  const std::string& uuid = edit.mesh.first;
   if (reason.empty() && !removes && !uuid.empty() && uuid != "mesh" &&
       ros::names::append(labelNamespace(display->source()), "cluster_label") != EVERYBODY) {
     everybody_.publish(
@@ -277,7 +312,7 @@ std::string LabelSession::send(const LabelEdit& edit)
 /// A label that has been compared and is another one is not compared again, as it may be large.
 bool LabelSession::isStored(const LabelEdit& edit)
 {
-  const ClusterLabelDisplay* display = displayOf(edit);
+  const ClusterLabelDisplay* display = displayOf(edit.mesh);
   if (!display) {
     return false;
   }
@@ -337,13 +372,13 @@ LabelEdit LabelSession::clearing(const std::string& label, const std::string& af
 
 std::string LabelSession::perform(const std::string& what, std::function<Plan()> begin)
 {
-  Command command;
+  EditCommand command;
   command.what = what;
   command.begin = std::move(begin);
   return perform(std::move(command));
 }
 
-std::string LabelSession::perform(Command command)
+std::string LabelSession::perform(EditCommand command)
 {
   if (!mesh()) {
     return "there is no mesh to label: add a Map3D display, or one of labels with its topics";
@@ -351,64 +386,21 @@ std::string LabelSession::perform(Command command)
   command_failure_.clear();
   command.mesh = id();
   command.order = newest_order_ = nextStepOrder();
-  if (busy()) {
-    commands_.push_back(std::move(command));
-    ++revision_;
-    return {};
-  }
-  return begin(std::move(command));
-}
-
-/// With its turn. Returns why it cannot be done.
-std::string LabelSession::begin(Command command)
-{
-  if (id() != command.mesh) {
-    return "the mesh is another one now: nothing is done to its labels by " + command.what;
-  }
-  command.labels_known = labelsKnown();
-  try {
-    Plan plan = command.begin();
-    if (!plan.reason.empty()) {
-      return plan.reason;
-    }
-    if (plan.faces <= MANY_FACES) {
-      return finish(command, plan.make());
-    }
-    making_.start(
-        [make = std::move(plan.make)](const Cancellation& /*cancellation*/) { return make(); });
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  commands_.push_front(std::move(command));
   ++revision_;
-  return {};
+  return commands_.perform(std::move(command));
 }
 
-void LabelSession::workOnCommands()
+EditPlan LabelSession::begin(EditCommand& command)
 {
-  if (const auto made = making_.take()) {
-    const Command command = std::move(commands_.front());
-    commands_.pop_front();
-    command_failure_ = made->result ? finish(command, *made->result) : made->error;
-    ++revision_;
-  }
-  while (!making_.isRunning()) {
-    const auto next = std::find_if(commands_.begin(), commands_.end(),
-                                   [this](const Command& command) { return command.mesh == id(); });
-    if (next == commands_.end()) {
-      break;
-    }
-    Command command = std::move(*next);
-    commands_.erase(next);
-    const std::string reason = begin(std::move(command));
-    command_failure_ = reason.empty() ? command_failure_ : reason;
-    ++revision_;
-  }
+  const OtherMesh mesh(*this, command.mesh);
+  command.labels_known = labelsKnown();
+  return command.begin();
 }
 
 /// Keeps edits until they are stored: all, or none.
-std::string LabelSession::finish(const Command& command, Edits edits)
+std::string LabelSession::finish(const EditCommand& command, Edits edits)
 {
+  const OtherMesh mesh(*this, command.mesh);
   for (const LabelEdit& edit : edits) {
     std::string reason = whyNoLabel(edit.label);
     if (reason.empty() && edit.faces && !edit.faces->empty() &&
@@ -472,7 +464,7 @@ std::string LabelSession::step(bool undo)
   if ((undo ? history_.undoOrder(mesh) : history_.redoOrder(mesh)) == 0) {
     return undo ? "there is nothing to undo" : "there is nothing to redo";
   }
-  Command command;
+  EditCommand command;
   command.undoes = undo;
   command.step =
       std::make_shared<LabelStep>(undo ? history_.takeDone(mesh) : history_.takeUndone(mesh));
@@ -687,12 +679,15 @@ std::function<FileLabels()> LabelSession::content() const
 
 std::string LabelSession::failure() const
 {
-  for (const std::string& failure : {edits_.failure(), command_failure_}) {
-    if (!failure.empty()) {
-      return failure;
-    }
+  const std::string of_edits = edits_.failure();
+  if (!of_edits.empty()) {
+    return of_edits;
   }
-  return saving_.failure();
+  const auto held = commands_.held();
+  if (!held.empty()) {
+    return held.front()->what + " has to wait: " + whyNotShown(held.front()->mesh);
+  }
+  return command_failure_.empty() ? saving_.failure() : command_failure_;
 }
 
 }  // namespace rviz_mesh_plugin

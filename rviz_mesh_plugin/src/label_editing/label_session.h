@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -18,6 +17,7 @@
 
 #include "base/step_history.h"
 #include "displays/cluster_label_display.h"
+#include "label_editing/edit_command_queue.h"
 #include "label_editing/label_files.h"
 #include "label_editing/label_history.h"
 #include "label_editing/label_saving.h"
@@ -25,7 +25,6 @@
 #include "labels/given_faces.h"
 #include "labels/label_faces.h"
 #include "sources/edit_publisher.h"
-#include "threads/background_task.h"
 
 namespace rviz {
 class DisplayContext;
@@ -92,7 +91,7 @@ class LabelSession : public StepHistory
   std::string import(const std::shared_ptr<const FileLabels>& labels);
 
   /// Edits are being made ready; those of another mesh wait for that.
-  bool busy() const;
+  bool busy() const { return commands_.isBusy(id()); }
   /// Of the newest of these functions that was called, see step_history.h.
   std::uint64_t newestOrder() const { return newest_order_; }
 
@@ -107,8 +106,9 @@ class LabelSession : public StepHistory
   }
 
   /// Edits that are not stored.
-  std::size_t unstored() const { return edits_.count() + commands_.size(); }
-  std::size_t failed() const { return edits_.failed(); }
+  std::size_t unstored() const { return edits_.count() + commands_.count(); }
+  /// Of these, those that do not go on by themselves.
+  std::size_t failed() const { return edits_.failed() + commands_.held().size(); }
   bool isUnstored(const std::string& label) const;
   /// Labels that were stored since they were saved last.
   std::size_t unsaved() const { return saving_.count(); }
@@ -120,39 +120,23 @@ class LabelSession : public StepHistory
   void giveUp();
 
   /// Asks those who store labels to write them into the maps, all at the same time.
-  std::string save() { return saving_.save(namespace_); }
+  std::string save() { return saving_.save(nameSpace()); }
   bool isSaving() const { return saving_.isSaving(); }
 
  private:
   using Edits = std::vector<LabelEdit>;
+  using Plan = EditPlan;
 
-  /// What becomes of an edit that was asked for, at its turn.
-  struct Plan
-  {
-    std::string reason;           ///< why nothing does
-    std::size_t faces = 0;        ///< that have to be looked at
-    std::function<Edits()> make;  ///< for any thread; may throw
-  };
-  /// An edit that was asked for.
-  struct Command
-  {
-    std::string what;
-    MeshId mesh;
-    bool labels_known = false;  ///< of that, when it began: else nobody can tell what they were
-    std::uint64_t order = 0;
-    std::function<Plan()> begin;
-    /// Of one that undoes or redoes, once it has begun, the step; else null.
-    std::shared_ptr<LabelStep> step;
-    bool undoes = false;
-  };
+  /// While this lives, it is that mesh whose labels are edited, where a display shows it.
+  class OtherMesh;
 
   std::string perform(const std::string& what, std::function<Plan()> begin);
-  std::string perform(Command command);
-  std::string begin(Command command);
-  std::string finish(const Command& command, Edits edits);
+  std::string perform(EditCommand command);
+  Plan begin(EditCommand& command);
+  std::string finish(const EditCommand& command, Edits edits);
   std::string step(bool undo);
   std::string whyNotBack(const LabelStep& step, bool undo) const;
-  void workOnCommands();
+  OptionalStatus status() const;
   LabelState state(const std::string& label) const;
   LabelFacesConstPtr stored(const std::string& label) const;
   FaceParentsConstPtr parents() const { return display_ ? display_->faceParents() : nullptr; }
@@ -162,8 +146,11 @@ class LabelSession : public StepHistory
   LabelEdit facesEdit(const std::string& label, LabelFacesConstPtr faces) const;
   LabelEdit colorEdit(const std::string& label, const std::optional<Rgba8>& color) const;
   LabelEdit clearing(const std::string& label, const std::string& after) const;
-  /// The mesh of an edit need not be the one whose labels are edited now.
-  ClusterLabelDisplay* displayOf(const LabelEdit& edit) const;
+  /// Of any mesh; null: no display shows it.
+  ClusterLabelDisplay* displayOf(const MeshId& mesh) const;
+  std::string whyNotShown(const MeshId& mesh) const;
+  /// Of who stores the labels that are edited.
+  std::string nameSpace() const;
   std::string send(const LabelEdit& edit);
   bool isStored(const LabelEdit& edit);
   void showEdits(const OptionalStatus& status);
@@ -171,7 +158,6 @@ class LabelSession : public StepHistory
   rviz::DisplayContext* context_;
   QPointer<ClusterLabelDisplay> display_;
   bool shows_edits_ = false;  ///< there, of this session
-  std::string namespace_;     ///< of who stores its labels
   ros::NodeHandle node_;
   EditPublisher everybody_;
   PendingEdits edits_;
@@ -179,9 +165,7 @@ class LabelSession : public StepHistory
   std::map<std::pair<MeshId, std::string>, LabelClusterConstPtr> other_;
   LabelSaving saving_;
   LabelHistory history_;
-  std::deque<Command>
-      commands_;  ///< in their order; the first one has begun where one is made ready
-  BackgroundTask<Edits> making_{"label faces"};
+  EditCommandQueue commands_;
   std::string command_failure_;
   std::uint64_t newest_order_ = 0;
   std::size_t revision_ = 0;

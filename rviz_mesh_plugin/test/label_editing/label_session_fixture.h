@@ -127,6 +127,25 @@ class LabelSessionFixture : public LabelDisplayFixture
     return testing::AssertionFailure() << edit;
   }
 
+  /// Shows a mesh of 125,000 faces under the same uuid, and waits until the server has answered
+  /// which labels it has: what that knows nothing of would be gone.
+  bool showLarge()
+  {
+    auto large = test_meshes::terrain(250, [](double, double) { return 0.0; });
+    large.uuid = "mesh";
+    large.header.frame_id = "map";
+    geometry.publish(large);
+    return until(
+        [&] { return session->mesh()->faceCount() == 125000 && display->labelsComplete(); });
+  }
+
+  static rviz_mesh_plugin::FaceBits allOfLarge()
+  {
+    rviz_mesh_plugin::FaceBits all(125000);
+    all.addAll();
+    return all;
+  }
+
   Display* display = nullptr;
   std::unique_ptr<rviz_mesh_plugin::LabelSession> session;
   ros::Subscriber everybody;

@@ -117,6 +117,38 @@ TEST_F(LabelSessionSavingTest, edits_are_followed_where_their_mesh_is_shown)
   EXPECT_EQ(session->unsaved(), 0u) << session->failure();
 }
 
+TEST_F(LabelSessionSavingTest,
+       edits_that_wait_for_one_of_many_faces_are_made_where_their_mesh_is_shown)
+{
+  start();
+  ASSERT_TRUE(showLarge());
+  startGarden();
+  session->work(nullptr);
+  EXPECT_EQ(session->assign("ground_1", allOfLarge()), "");
+  EXPECT_EQ(session->takeAway("ground_1", {0}), "");
+  EXPECT_EQ(session->assign("wall_7", {3}), "");
+  EXPECT_EQ(session->unstored(), 3u);
+  ASSERT_TRUE(untilInGarden([&] { return session->display() == garden; }));
+  EXPECT_EQ(session->assign("car_2", {5}), "");
+  ASSERT_TRUE(untilInGarden([&] { return !garden_server->edits().empty(); }));
+  EXPECT_EQ(session->names(), std::vector<std::string>{"car_2"}) << "of the garden";
+  garden_server->labels.publish(garden_server->edits()[0].cluster);
+  ASSERT_TRUE(untilInGarden([&] {
+    const auto edits = server->edits();
+    for (; answered < edits.size(); ++answered) {
+      server->labels.publish(edits[answered].cluster);
+    }
+    return session->unstored() == 0;
+  })) << session->unstored()
+      << " are not stored: " << session->failure();
+  EXPECT_EQ(display->labels().at("ground_1")->faces.size(), 124999u);
+  EXPECT_EQ(display->labels().at("wall_7")->faces, Faces{3});
+  EXPECT_EQ(session->undo(), "undone: labelling 'car_2'");
+  session->work(nullptr);
+  EXPECT_EQ(session->undo(), "undone: labelling 'wall_7'") << "it is a step of its mesh";
+  EXPECT_NE(session->undoOrder(), 0u);
+}
+
 TEST_F(LabelSessionSavingTest, one_that_cannot_save_is_not_in_the_way_of_others)
 {
   start();

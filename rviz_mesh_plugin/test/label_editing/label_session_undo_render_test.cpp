@@ -23,25 +23,6 @@ class LabelSessionUndoTest : public LabelSessionFixture
     server->colors.publish(colorsOf({{label, {color.red, color.green, color.blue}}}));
     return until([&] { return display->ownColor(label) == color; });
   }
-
-  /// Shows a mesh of 125,000 faces under the same uuid, and waits until the server has answered
-  /// which labels it has: what that knows nothing of would be gone.
-  bool showLarge()
-  {
-    auto large = test_meshes::terrain(250, [](double, double) { return 0.0; });
-    large.uuid = "mesh";
-    large.header.frame_id = "map";
-    geometry.publish(large);
-    return until(
-        [&] { return session->mesh()->faceCount() == 125000 && display->labelsComplete(); });
-  }
-
-  static rviz_mesh_plugin::FaceBits allOfLarge()
-  {
-    rviz_mesh_plugin::FaceBits all(125000);
-    all.addAll();
-    return all;
-  }
 };
 
 TEST_F(LabelSessionUndoTest, what_was_assigned_is_put_back_by_an_edit)
@@ -114,6 +95,8 @@ TEST_F(LabelSessionUndoTest, edits_that_wait_are_kept_while_another_mesh_is_ther
   ASSERT_TRUE(spinUntil([&] { return display->mesh()->uuid == "garden"; }));
   ASSERT_TRUE(until([&] { return !session->busy(); }));
   EXPECT_EQ(session->unstored(), 2u) << session->failure();
+  EXPECT_EQ(session->failed(), 2u) << "both wait for their mesh";
+  EXPECT_TRUE(failsWith("no display shows the labels of its mesh"));
   EXPECT_EQ(session->undo(), "there is nothing to undo") << "of this mesh";
   ASSERT_TRUE(showLarge());
   ASSERT_TRUE(until([&] {

@@ -27,6 +27,37 @@ class LabelPanelClosingTest : public LabelPanelFixture
     click("Add");
   }
 
+  void publishLarge()
+  {
+    auto large = test_meshes::terrain(250, [](double, double) { return 0.0; });
+    large.uuid = "mesh";
+    large.header.frame_id = "map";
+    geometry.publish(large);
+  }
+
+  /// Of many faces one is refused when they are ready; another one has waited for it, and the mesh
+  /// is gone by then.
+  void holdEdit()
+  {
+    publishLarge();
+    rviz_mesh_plugin::LabelSession* session = panel->session();
+    ASSERT_TRUE(spinUntil([&] {
+      refresh();
+      return session->mesh()->faceCount() == 125000;
+    }));
+    rviz_mesh_plugin::FaceBits all(125000);
+    all.addAll();
+    panel->findChild<QTimer*>()->stop();
+    EXPECT_EQ(session->assign("a/b", all), "");
+    EXPECT_EQ(session->assign("wall_7", {3}), "");
+    auto garden = test_meshes::terrain(10, [](double, double) { return 0.0; });
+    garden.uuid = "garden";
+    geometry.publish(garden);
+    ASSERT_TRUE(spinUntil([&] { return display->mesh()->uuid == "garden"; }));
+    panel->findChild<QTimer*>()->start();
+    ASSERT_TRUE(spinUntil([&] { return session->unstored() == 1; }));
+  }
+
   void removePanel()
   {
     delete panel;
@@ -111,6 +142,33 @@ TEST_F(LabelPanelClosingTest, display_and_tool_may_go_at_any_time)
   EXPECT_EQ(panel->session()->unstored(), 0u);
   EXPECT_TRUE(shows("No labels to edit"));
   EXPECT_TRUE(window->close());
+}
+
+TEST_F(LabelPanelClosingTest, closing_does_not_wait_for_an_edit_whose_mesh_is_gone)
+{
+  start();
+  holdEdit();
+  EXPECT_FALSE(window->close());
+  EXPECT_TRUE(dialog<QMessageBox>()->text().contains("1 edit is not stored"));
+  answer("Save");
+  ASSERT_TRUE(dialog<QMessageBox>()) << "it waits for ever, and says nothing";
+  EXPECT_TRUE(open<QMessageBox>()->text().contains("show that mesh and its labels again"));
+  EXPECT_TRUE(window->isVisible());
+  answer("Cancel");
+  publishLarge();
+  ASSERT_TRUE(stores(1, "wall_7", {3})) << "it begins by itself";
+}
+
+TEST_F(LabelPanelClosingTest, without_the_panel_an_edit_whose_mesh_is_gone_is_not_waited_for)
+{
+  start();
+  holdEdit();
+  removePanel();
+  ASSERT_TRUE(asked());
+  buttonOf(asked(), "Save")->click();
+  ASSERT_TRUE(spinUntil([&] { return asked() == nullptr; }));
+  ASSERT_TRUE(spinUntil([&] { return asked() != nullptr; })) << "it waits for ever";
+  EXPECT_TRUE(asked()->text().contains("show that mesh and its labels again"));
 }
 
 TEST_F(LabelPanelClosingTest, a_panel_that_is_removed_asks_and_can_still_save)
