@@ -37,12 +37,12 @@ bool isSame(const MeshDataConstPtr& a, const MeshDataConstPtr& b)
 
 /// The first of those with a mesh that have the highest rank above 0; null: none has.
 template <class Rank>
-ClusterLabelDisplay* bestDisplay(const rviz::DisplayContext& context, const Rank& rank)
+ClusterLabelDisplay* bestDisplay(const rviz::DisplayContext* context, const Rank& rank)
 {
   ClusterLabelDisplay* best = nullptr;
   int highest = 0;
-  visitDisplays<ClusterLabelDisplay>(context.getRootDisplayGroup(), DisplayChoice::ALL,
-                                     [&](ClusterLabelDisplay& display) {
+  visitDisplays<ClusterLabelDisplay>(context ? context->getRootDisplayGroup() : nullptr,
+                                     DisplayChoice::ALL, [&](ClusterLabelDisplay& display) {
                                        const int its = display.mesh() ? rank(display) : 0;
                                        if (its > highest) {
                                          highest = its;
@@ -123,7 +123,7 @@ void LabelSession::work(const MeshDataConstPtr& mesh)
 {
   // Those of the mesh are better than others, those that are enabled better than those that are
   // not.
-  ClusterLabelDisplay* best = bestDisplay(*context_, [&](const ClusterLabelDisplay& display) {
+  ClusterLabelDisplay* best = bestDisplay(context_, [&](const ClusterLabelDisplay& display) {
     return 1 + (mesh && isSame(display.mesh(), mesh) ? 2 : 0) + (display.isEnabled() ? 1 : 0);
   });
   if (display_ != best) {
@@ -268,7 +268,7 @@ ClusterLabelDisplay* LabelSession::displayOf(const MeshId& mesh) const
   if (display_ && id() == mesh) {
     return display_;
   }
-  return bestDisplay(*context_, [&](const ClusterLabelDisplay& display) {
+  return bestDisplay(context_, [&](const ClusterLabelDisplay& display) {
     return idOf(display.mesh()) == mesh ? 1 + (display.isEnabled() ? 1 : 0) : 0;
   });
 }

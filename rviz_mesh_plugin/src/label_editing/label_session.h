@@ -45,7 +45,7 @@ class LabelSession : public StepHistory
  public:
   using Faces = std::vector<std::uint32_t>;
 
-  /// @param context outlives this
+  /// @param context whose displays show labels; where it goes before this, none does
   /// @param patience until an edit that was sent should be stored
   explicit LabelSession(rviz::DisplayContext* context,
                         std::chrono::milliseconds patience = std::chrono::seconds(10));
@@ -155,7 +155,7 @@ class LabelSession : public StepHistory
   bool isStored(const LabelEdit& edit);
   void showEdits(const OptionalStatus& status);
 
-  rviz::DisplayContext* context_;
+  QPointer<rviz::DisplayContext> context_;
   QPointer<ClusterLabelDisplay> display_;
   bool shows_edits_ = false;  ///< there, of this session
   ros::NodeHandle node_;

@@ -1,11 +1,51 @@
+#include <cstdint>
+#include <cstring>
+#include <memory>
 #include <string>
 #include <vector>
+
+#include <rviz/display_context.h>
+#include <QString>
 
 #include "label_session_fixture.h"
 
 using namespace std::chrono_literals;
 using rviz_mesh_plugin::FileLabels;
 using test_labels::rows;
+
+/// Has displays and nothing else, and cannot be used once it is gone.
+class DisplaysContext : public rviz::DisplayContext
+{
+ public:
+  explicit DisplaysContext(rviz::DisplayGroup* displays) : displays_(displays) {}
+  static void operator delete(void* memory)
+  {
+    std::memset(memory, 0, sizeof(DisplaysContext));
+    ::operator delete(memory);
+  }
+
+  rviz::DisplayGroup* getRootDisplayGroup() const override { return displays_; }
+  Ogre::SceneManager* getSceneManager() const override { return nullptr; }
+  rviz::WindowManagerInterface* getWindowManager() const override { return nullptr; }
+  rviz::SelectionManager* getSelectionManager() const override { return nullptr; }
+  rviz::FrameManager* getFrameManager() const override { return nullptr; }
+  QString getFixedFrame() const override { return {}; }
+  uint64_t getFrameCount() const override { return 0; }
+  rviz::DisplayFactory* getDisplayFactory() const override { return nullptr; }
+  ros::CallbackQueueInterface* getUpdateQueue() override { return nullptr; }
+  ros::CallbackQueueInterface* getThreadedQueue() override { return nullptr; }
+  void handleChar(QKeyEvent* /*event*/, rviz::RenderPanel* /*panel*/) override {}
+  void handleMouseEvent(const rviz::ViewportMouseEvent& /*event*/) override {}
+  rviz::ToolManager* getToolManager() const override { return nullptr; }
+  rviz::ViewManager* getViewManager() const override { return nullptr; }
+  uint32_t getDefaultVisibilityBit() const override { return 0; }
+  rviz::BitAllocator* visibilityBits() override { return nullptr; }
+  void setStatus(const QString& /*message*/) override {}
+  void queueRender() override {}
+
+ private:
+  rviz::DisplayGroup* displays_;
+};
 
 class LabelSessionTest : public LabelSessionFixture
 {
@@ -241,6 +281,23 @@ TEST_F(LabelSessionTest, edits_survive_their_display)
     return !server->edits().empty();
   }));
   EXPECT_TRUE(received(0, "car_1", {5}));
+}
+
+/// As in a program whose window outlives its view, after the panel.
+TEST_F(LabelSessionTest, edits_survive_the_context_of_their_display)
+{
+  start();
+  auto context = std::make_unique<DisplaysContext>(manager()->getRootDisplayGroup());
+  session = std::make_unique<rviz_mesh_plugin::LabelSession>(context.get());
+  session->work(nullptr);
+  ASSERT_EQ(session->display(), display);
+  EXPECT_EQ(session->assign("car_1", {5}), "");
+  context.reset();
+  delete display;
+  session->work(nullptr);
+  EXPECT_EQ(session->unstored(), 1u);
+  EXPECT_NE(session->failure().find("no display shows"), std::string::npos) << session->failure();
+  EXPECT_NE(session->assign("car_2", {5}), "");
 }
 
 TEST_F(LabelSessionTest, many_labels_arrive_all)
