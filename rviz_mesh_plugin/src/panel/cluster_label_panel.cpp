@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <utility>
 
 #include <ros/console.h>
 #include <rviz/tool_manager.h>
@@ -125,7 +126,7 @@ ClusterLabelPanel::~ClusterLabelPanel()
   try {
     commands_.reset();
     if (closing_) {
-      closing_->askWithoutPanel();
+      LabelClosing::goOnWithoutPanel(std::move(closing_));
     }
   } catch (const std::exception& error) {
     ROS_ERROR("panel of labels: %s", error.what());

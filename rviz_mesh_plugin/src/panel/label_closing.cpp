@@ -17,10 +17,9 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-constexpr int SAVING_PERIOD = 50;  // milliseconds
+constexpr int WORK_PERIOD = 50;  // milliseconds
 const char* const TITLE = "Labels Not Saved";
-
-using SharedSession = std::shared_ptr<LabelSession>;
+const char* const GONE = "The panel of labels is gone. ";
 
 bool hasUnsaved(const LabelSession& session)
 {
@@ -51,43 +50,9 @@ std::optional<std::string> storeAndSave(LabelSession& session, bool& saving)
   return problem.empty() ? std::nullopt : std::make_optional(problem);
 }
 
-void askInWindow(const SharedSession& session, QWidget* window, const std::string& problem);
-
-/// Asks once more where that fails.
-void saveInWindow(const SharedSession& session, QWidget* window)
-{
-  auto* timer = new QTimer(window);
-  QObject::connect(timer, &QTimer::timeout, window, [=, saving = false]() mutable {
-    try {
-      session->work(nullptr);
-      if (const auto problem = storeAndSave(*session, saving)) {
-        timer->deleteLater();
-        timer->stop();
-        if (hasUnsaved(*session)) {
-          askInWindow(session, window, *problem);
-        }
-      }
-    } catch (const std::exception& error) {
-      timer->deleteLater();
-      timer->stop();
-      askInWindow(session, window, error.what());
-    }
-  });
-  session->sendAgain();
-  timer->start(SAVING_PERIOD);
-}
-
-void askInWindow(const SharedSession& session, QWidget* window, const std::string& problem)
-{
-  askButton(
-      window, TITLE,
-      QString::fromStdString("The panel of labels is gone. " + lossOf(*session) + problem),
-      {"Save"}, [session, window](int) { saveInWindow(session, window); }, "Discard");
-}
-
 }  // namespace
 
-LabelClosing::LabelClosing(SharedSession session, QWidget* panel,
+LabelClosing::LabelClosing(std::shared_ptr<LabelSession> session, QWidget* panel,
                            std::function<void(const std::string& problem)> say)
     : session_(std::move(session)), panel_(panel), say_(std::move(say))
 {
@@ -101,17 +66,58 @@ void LabelClosing::watch(QWidget* window)
   }
 }
 
-void LabelClosing::askWithoutPanel()
+void LabelClosing::goOnWithoutPanel(std::unique_ptr<LabelClosing> closing)
 {
-  if (!hasUnsaved(*session_)) {
+  LabelClosing& self = *closing;
+  if (!hasUnsaved(*self.session_)) {
     return;
   }
-  if (!loss_told_) {
-    ROS_WARN("The panel of labels is gone. %s", lossOf(*session_).c_str());
+  if (!self.loss_told_) {
+    ROS_WARN("%s%s", GONE, lossOf(*self.session_).c_str());
   }
-  if (window_ && window_ != panel_ && window_->isVisible() && ros::ok()) {
-    askInWindow(session_, window_, {});
+  if (self.window_ && self.window_ != self.panel_ && self.window_->isVisible() && ros::ok()) {
+    closing.release()->setParent(self.window_);
+    self.beginWithoutPanel();
   }
+}
+
+void LabelClosing::beginWithoutPanel()
+{
+  panel_ = nullptr;
+  question_ = nullptr;  // which goes with the panel
+  say_ = [](const std::string& /*problem*/) {};
+  auto* timer = new QTimer(this);
+  QObject::connect(timer, &QTimer::timeout, this, &LabelClosing::workWithoutPanel);
+  timer->start(WORK_PERIOD);
+  if (state_ == State::OPEN) {
+    askWithoutPanel({});
+  }
+}
+
+void LabelClosing::workWithoutPanel()
+{
+  const QPointer<LabelClosing> self(this);
+  try {
+    session_->work(nullptr);
+    work();
+  } catch (const std::exception& error) {
+    if (self) {
+      askWithoutPanel(error.what());
+    }
+  }
+  if (self && state_ == State::OPEN && !isAsking()) {  // all is saved, or given up
+    deleteLater();
+  }
+}
+
+/// There is no panel to go back to.
+void LabelClosing::askWithoutPanel(const std::string& problem)
+{
+  state_ = State::OPEN;
+  delete question_;
+  question_ = askButton(
+      window_, TITLE, QString::fromStdString(GONE + lossOf(*session_) + problem), {"Save"},
+      [this](int) { save(closes_then_); }, "Discard");
 }
 
 bool LabelClosing::eventFilter(QObject* object, QEvent* event)
@@ -119,7 +125,7 @@ bool LabelClosing::eventFilter(QObject* object, QEvent* event)
   try {
     if (object == window_ && event->type() == QEvent::Close && !mayClose()) {
       event->ignore();
-      ask();
+      askToClose();
       return true;
     }
   } catch (const std::exception& error) {
@@ -145,24 +151,39 @@ bool LabelClosing::mayClose()
   return true;
 }
 
-void LabelClosing::ask()
+void LabelClosing::askToClose()
 {
-  state_ = State::OPEN;
-  if (question_ && question_->isVisible()) {
+  if (isAsking()) {
     return;
   }
-  question_ = askButton(panel_, TITLE, QString::fromStdString(lossOf(*session_)),
+  closes_then_ = false;
+  if (panel_) {  // which tells what becomes of what is being saved
+    state_ = State::OPEN;
+  }
+  question_ = askButton(panel_ ? panel_ : window_.data(), TITLE,
+                        QString::fromStdString((panel_ ? "" : GONE) + lossOf(*session_)),
                         {"Save", "Discard"}, [this](int button) {
                           if (button == 0) {
-                            session_->sendAgain();
-                            saving_ = false;
-                            state_ = State::SAVING;
+                            save(true);
                           } else {
-                            state_ = State::CLOSES;
-                            QMetaObject::invokeMethod(
-                                this, [this] { work(); }, Qt::QueuedConnection);
+                            discard();
                           }
                         });
+}
+
+void LabelClosing::save(bool closes_then)
+{
+  session_->sendAgain();
+  saving_ = false;
+  closes_then_ = closes_then;
+  state_ = State::SAVING;
+}
+
+void LabelClosing::discard()
+{
+  state_ = State::CLOSES;
+  QMetaObject::invokeMethod(
+      this, [this] { work(); }, Qt::QueuedConnection);
 }
 
 /// Where something fails, it is asked once more.
@@ -171,9 +192,10 @@ void LabelClosing::work()
   if (state_ == State::SAVING) {
     if (const auto problem = storeAndSave(*session_, saving_)) {
       say_(*problem);
-      state_ = State::CLOSES;
+      state_ = closes_then_ ? State::CLOSES : State::OPEN;
       if (hasUnsaved(*session_)) {
-        ask();
+        state_ = State::OPEN;
+        panel_ ? askToClose() : askWithoutPanel(*problem);
       }
     }
   }
@@ -182,6 +204,9 @@ void LabelClosing::work()
     window_->close();
     if (self) {  // somebody else may have been against it
       state_ = State::OPEN;
+      if (!panel_ && window_ && window_->isVisible() && hasUnsaved(*session_)) {
+        askWithoutPanel({});
+      }
     }
   }
 }

@@ -13,7 +13,8 @@
 namespace rviz_mesh_plugin {
 
 /// Asks before RViz is closed, or when the panel is gone, with labels that are not saved: to save
-/// them first, or not at all.
+/// them first, or not at all. Without the panel it belongs to the window and works for the session,
+/// until they are saved or given up.
 class LabelClosing : public QObject
 {
  public:
@@ -29,7 +30,7 @@ class LabelClosing : public QObject
   void work();
 
   /// The panel is going: nobody can be asked before RViz removes one.
-  void askWithoutPanel();
+  static void goOnWithoutPanel(std::unique_ptr<LabelClosing> closing);
 
  protected:
   bool eventFilter(QObject* object, QEvent* event) override;
@@ -43,16 +44,23 @@ class LabelClosing : public QObject
   };
 
   bool mayClose();
-  void ask();
+  bool isAsking() const { return question_ && question_->isVisible(); }
+  void askToClose();
+  void save(bool closes_then);
+  void discard();
+  void beginWithoutPanel();
+  void workWithoutPanel();
+  void askWithoutPanel(const std::string& problem);
 
   std::shared_ptr<LabelSession> session_;
-  QWidget* panel_;
+  QWidget* panel_;  ///< null: it is gone
   std::function<void(const std::string&)> say_;
   State state_ = State::OPEN;
   bool saving_ = false;  ///< they are stored
+  bool closes_then_ = false;
   bool loss_told_ = false;
   QPointer<QWidget> window_;    ///< the main one
-  QPointer<QWidget> question_;  ///< whether to close it
+  QPointer<QWidget> question_;  ///< that is open
 };
 
 }  // namespace rviz_mesh_plugin

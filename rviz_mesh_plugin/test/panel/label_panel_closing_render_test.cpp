@@ -208,9 +208,113 @@ TEST_F(LabelPanelClosingTest, without_the_panel_it_is_asked_again_where_the_firs
   ASSERT_TRUE(spinUntil([&] { return asked() == nullptr; }));
   ASSERT_TRUE(spinUntil([&] { return asked() != nullptr; })) << "it waits for ever";
   EXPECT_TRUE(asked()->text().contains("nobody stores labels"));
+  buttonOf(asked(), "Save")->click();
+  ASSERT_TRUE(spinUntil([&] { return asked() == nullptr; }));
+  ASSERT_TRUE(spinUntil([&] { return asked() != nullptr; })) << "as often as it fails";
   asked()->reject();
   EXPECT_TRUE(spinUntil([&] { return window->findChild<QTimer*>() == nullptr; }));
   EXPECT_FALSE(asked());
+}
+
+TEST_F(LabelPanelClosingTest, without_the_panel_it_is_asked_again_where_saving_fails)
+{
+  start();
+  SaveServer saver(name_space);
+  saver.refusal = "the disk is full";
+  ASSERT_TRUE(select({100}));
+  choose({0});
+  click("Add");
+  Faces faces = rows(10, 0, 1);
+  faces.push_back(100);
+  ASSERT_TRUE(stores(1, "tree_1", faces));
+  removePanel();
+  ASSERT_TRUE(asked());
+  buttonOf(asked(), "Save")->click();
+  ASSERT_TRUE(spinUntil([&] { return asked() == nullptr; }));
+  ASSERT_TRUE(spinUntil([&] { return asked() != nullptr; })) << "nobody knows that it is not saved";
+  EXPECT_TRUE(asked()->text().contains("the disk is full")) << asked()->text().toStdString();
+  saver.refusal.clear();
+  buttonOf(asked(), "Save")->click();
+  EXPECT_TRUE(spinUntil([&] { return window->findChild<QTimer*>() == nullptr; }));
+  EXPECT_EQ(saver.calls, 2);
+  EXPECT_FALSE(asked());
+  EXPECT_TRUE(window->isVisible());
+}
+
+TEST_F(LabelPanelClosingTest, closing_without_the_panel_asks_while_edits_are_stored_and_saved)
+{
+  start();
+  SaveServer saver(name_space);
+  saver.held = true;
+  label();
+  ASSERT_TRUE(spinUntil([&] { return server->edits().size() == 1; }));
+  removePanel();
+  ASSERT_TRUE(asked());
+  buttonOf(asked(), "Save")->click();
+  ASSERT_TRUE(spinUntil([&] { return asked() == nullptr; }));
+  EXPECT_FALSE(window->close()) << "the edit is not stored yet";
+  ASSERT_TRUE(asked());
+  EXPECT_FALSE(window->close()) << "twice";
+  EXPECT_TRUE(asked()->text().contains("1 edit is not stored")) << asked()->text().toStdString();
+  keep(asked(), "panel_gone_closing");
+  buttonOf(asked(), "Cancel")->click();
+  Faces faces = rows(10, 0, 1);
+  faces.push_back(100);
+  server->labels.publish(LabelServer::cluster("tree_1", faces));
+  ASSERT_TRUE(spinUntil([&] { return saver.calls == 1; })) << "storing and saving went on";
+  EXPECT_FALSE(window->close()) << "the labels are not saved yet";
+  ASSERT_TRUE(asked());
+  EXPECT_TRUE(asked()->text().contains("1 label is not saved in the map"));
+  buttonOf(asked(), "Save")->click();
+  ASSERT_TRUE(spinUntil([&] { return asked() == nullptr; }));
+  EXPECT_TRUE(window->isVisible());
+  saver.held = false;
+  EXPECT_TRUE(spinUntil([&] { return !window->isVisible(); }));
+  EXPECT_TRUE(spinUntil([&] { return window->findChild<QTimer*>() == nullptr; }));
+}
+
+TEST_F(LabelPanelClosingTest, without_the_panel_what_is_stored_can_be_discarded_by_closing)
+{
+  start();
+  label();
+  ASSERT_TRUE(spinUntil([&] { return server->edits().size() == 1; }));
+  removePanel();
+  ASSERT_TRUE(asked());
+  EXPECT_FALSE(window->close());
+  EXPECT_EQ(window->findChildren<QMessageBox*>().size(), 1) << "is asked once";
+  buttonOf(asked(), "Save")->click();
+  ASSERT_TRUE(spinUntil([&] { return asked() == nullptr; }));
+  EXPECT_FALSE(window->close());
+  ASSERT_TRUE(asked());
+  buttonOf(asked(), "Discard")->click();
+  EXPECT_TRUE(spinUntil([&] { return !window->isVisible(); }));
+  EXPECT_TRUE(spinUntil([&] { return window->findChild<QTimer*>() == nullptr; }));
+}
+
+TEST_F(LabelPanelClosingTest, without_the_panel_it_is_asked_again_where_the_window_is_not_closed)
+{
+  struct Open : public QObject
+  {
+    bool eventFilter(QObject* /*object*/, QEvent* event) override
+    {
+      if (event->type() != QEvent::Close) {
+        return false;
+      }
+      event->ignore();
+      return true;
+    }
+  } open;
+  start();
+  label();
+  removePanel();
+  ASSERT_TRUE(asked());
+  buttonOf(asked(), "Save")->click();
+  EXPECT_FALSE(window->close());
+  ASSERT_TRUE(asked());
+  window->installEventFilter(&open);  // as RViz does, asked whether its configuration is saved
+  buttonOf(asked(), "Discard")->click();
+  ASSERT_TRUE(spinUntil([&] { return asked() && !buttonOf(asked(), "Cancel"); }));
+  EXPECT_TRUE(window->isVisible());
 }
 
 /// In a process of its own, which is at its end.
