@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iterator>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -98,6 +99,71 @@ TEST_F(ClusterLabelTest, labels_that_arrive_before_their_mesh_wait_for_it)
   server->addLabel("tree_1", rows(10, 0, 1));
   publishMesh();
   ASSERT_TRUE(says(display, "Labels", "1 label of 1 class on 20 faces"));
+}
+
+TEST_F(ClusterLabelTest, one_question_for_all_labels_waits_for_the_answer_to_the_other)
+{
+  server->addLabel("tree_1", rows(10, 0, 1));
+  server->answer(0);
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(spinUntil([&] { return server->asked() == 1; }));
+  display->askForLabels();
+  display->askForLabels();
+  spinFrames(5);
+  server->answer(1);
+  EXPECT_TRUE(says(display, "Labels", "1 label of")) << "its answer is not lost";
+  ASSERT_TRUE(spinUntil([&] { return server->asked() == 2; }));
+  server->labels.publish(LabelServer::cluster("tree_1", rows(10, 0, 2)));
+  ASSERT_TRUE(says(display, "Labels", "1 label of 1 class on 40 faces"));
+  server->addLabel("tree_2", rows(10, 2, 3));
+  server->answer(3);
+  ASSERT_TRUE(says(display, "Labels", "2 labels of"));
+  EXPECT_EQ(display->labels().at("tree_1")->faces, rows(10, 0, 2)) << "which came meanwhile";
+  spinFrames(5);
+  EXPECT_EQ(server->asked(), 2) << "both are one question";
+}
+
+/// The display does not take a message while it is not updated.
+TEST_F(ClusterLabelTest, what_came_before_a_question_for_all_labels_is_older_than_its_answer)
+{
+  server->addLabel("tree_1", rows(10, 0, 1));
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "1 label of"));
+  ASSERT_TRUE(spinUntil([&] { return server->labels.getNumSubscribers() > 0; }));
+  bool is_older = false;
+  // On a busy machine the message may come after the question.
+  for (std::uint32_t i = 0; i < 20 && !is_older; ++i) {
+    server->labels.publish(LabelServer::cluster("tree_1", {i}));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20 * (i + 1)));
+    const std::string newest = "newest_" + std::to_string(i);
+    server->addLabel("tree_1", {100 + i});
+    server->addLabel(newest, {199});
+    display->askForLabels();
+    ASSERT_TRUE(spinUntil([&] { return display->labels().count(newest) != 0; }));
+    is_older = display->labels().at("tree_1")->faces.front() == 100 + i;
+  }
+  EXPECT_TRUE(is_older) << "the answer was left out for what it is newer than";
+}
+
+TEST_F(ClusterLabelTest, enabled_again_what_comes_before_all_labels_is_newer_than_they)
+{
+  server->addLabel("tree_1", rows(10, 0, 1));
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "1 label of 1 class on 20 faces"));
+  display->setEnabled(false);
+  server->answer(1);
+  server->addLabel("tree_2", rows(10, 2, 3));
+  display->setEnabled(true);
+  ASSERT_TRUE(
+      spinUntil([&] { return server->asked() == 2 && server->labels.getNumSubscribers() > 0; }));
+  server->labels.publish(LabelServer::cluster("tree_1", rows(10, 0, 2)));
+  ASSERT_TRUE(says(display, "Labels", "1 label of 1 class on 40 faces"));
+  server->answer(2);
+  EXPECT_TRUE(spinUntil([&] { return display->labels().count("tree_2") != 0; }));
+  EXPECT_EQ(display->labels().at("tree_1")->faces, rows(10, 0, 2));
 }
 
 TEST_F(ClusterLabelTest, a_class_and_a_label_can_be_hidden_and_the_whole_faded)

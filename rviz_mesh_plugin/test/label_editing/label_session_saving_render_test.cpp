@@ -117,6 +117,21 @@ TEST_F(LabelSessionSavingTest, edits_are_followed_where_their_mesh_is_shown)
   EXPECT_EQ(session->unsaved(), 0u) << session->failure();
 }
 
+/// That where their mesh is shown: the garden knows nothing of them.
+TEST_F(LabelSessionSavingTest,
+       an_edit_of_another_mesh_that_is_stored_without_a_message_is_found_by_asking)
+{
+  start(std::chrono::seconds(6));
+  startGarden();
+  session->work(nullptr);
+  session->assign("car_1", {5});
+  ASSERT_TRUE(untilInGarden([&] { return server->edits().size() == 1; }));
+  server->addLabel("car_1", {5});
+  ASSERT_TRUE(untilInGarden([&] { return session->unstored() == 0 || session->failed() > 0; }));
+  EXPECT_EQ(session->failure(), "");
+  EXPECT_EQ(session->display(), garden);
+}
+
 TEST_F(LabelSessionSavingTest,
        edits_that_wait_for_one_of_many_faces_are_made_where_their_mesh_is_shown)
 {

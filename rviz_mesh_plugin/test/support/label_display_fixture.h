@@ -1,12 +1,17 @@
 #pragma once
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <mesh_msgs/GetLabelColors.h>
@@ -42,6 +47,7 @@ class LabelServer
 
   ~LabelServer()
   {
+    ending_ = true;
     spinner_.stop();
     // They use the queue, which is gone before them.
     labels.shutdown();
@@ -57,11 +63,20 @@ class LabelServer
     edits_ = node_.subscribe(name_space + "/cluster_label", 10, &LabelServer::take, this);
   }
 
+  /// What get_labeled_clusters says; in place of what that label had.
   void addLabel(const std::string& label, const std::vector<std::uint32_t>& faces)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    const auto known =
+        std::find_if(all_.begin(), all_.end(), [&](const auto& one) { return one.label == label; });
+    all_.erase(known, known == all_.end() ? known : known + 1);
     all_.push_back(cluster(label, faces));
   }
+
+  /// So many of the questions for all labels are answered, the others wait; by default all are.
+  void answer(int questions) { answered_ = questions; }
+  /// The questions for all labels, also those that are not answered.
+  int asked() const { return asked_; }
 
   static mesh_msgs::MeshFaceCluster cluster(const std::string& label,
                                             const std::vector<std::uint32_t>& faces)
@@ -107,6 +122,10 @@ class LabelServer
   bool getClusters(mesh_msgs::GetLabeledClusters::Request& request,
                    mesh_msgs::GetLabeledClusters::Response& response)
   {
+    const int number = ++asked_;
+    while (number > answered_ && !ending_) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
     const std::lock_guard<std::mutex> lock(mutex_);
     response.clusters = all_;
     return request.uuid == "mesh";
@@ -142,6 +161,9 @@ class LabelServer
     received_.push_back(message);
   }
 
+  std::atomic<int> asked_{0};
+  std::atomic<int> answered_{std::numeric_limits<int>::max()};
+  std::atomic<bool> ending_{false};
   std::mutex mutex_;
   std::vector<mesh_msgs::MeshFaceCluster> all_;
   std::vector<mesh_msgs::MeshFaceClusterStamped> received_;
