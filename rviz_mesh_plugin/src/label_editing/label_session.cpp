@@ -1,28 +1,21 @@
 #include "label_editing/label_session.h"
 
 #include <algorithm>
-#include <exception>
 #include <iterator>
+#include <map>
 #include <set>
 #include <utility>
 
-#include <ros/names.h>
 #include <rviz/display_context.h>
 
 #include "displays/display_tree.h"
 #include "labels/face_parents.h"
 #include "labels/label_name.h"
 #include "rendering/labels/label_parts.h"
-#include "sources/label_client.h"
 #include "sources/label_color_source.h"
 
 namespace rviz_mesh_plugin {
 namespace {
-
-/// As released; label_manager listens there, and leaves labels of a map that a server has to that.
-/// Not latched: an old edit that is heard again would undo newer ones.
-const char* const EVERYBODY = "/cluster_label";
-constexpr std::uint32_t QUEUE = 100;
 
 MeshId idOf(const MeshDataConstPtr& mesh)
 {
@@ -52,26 +45,10 @@ ClusterLabelDisplay* bestDisplay(const rviz::DisplayContext* context, const Rank
   return best;
 }
 
-/// None: the label is not there.
-LabelFacesConstPtr facesOf(const LabelClusters& labels, const std::string& label)
-{
-  static const LabelFacesConstPtr none = labelFaces({});
-  const auto stored = labels.find(label);
-  return stored == labels.end() ? none : LabelFacesConstPtr(stored->second, &stored->second->faces);
-}
-
 std::string quoted(const std::vector<std::string>& labels)
 {
   return labels.size() == 1 ? "'" + labels.front() + "'"
                             : counted(labels.size(), "label", "labels");
-}
-
-/// Faces as they come back when they are stored: where the mesh was made of another one, with all
-/// parts of a face of that.
-LabelSession::Faces asStored(const LabelSession::Faces& faces, const ClusterLabelDisplay& display)
-{
-  const FaceParentsConstPtr parents = display.faceParents();
-  return parents ? wholeFaces(faces, *parents) : faces;
 }
 
 }  // namespace
@@ -102,7 +79,6 @@ LabelSession::LabelSession(rviz::DisplayContext* context, std::chrono::milliseco
                    return finish(command, std::move(edits));
                  }})
 {
-  everybody_.advertise(node_, EVERYBODY, QUEUE);
 }
 
 LabelSession::~LabelSession()
@@ -136,8 +112,15 @@ void LabelSession::work(const MeshDataConstPtr& mesh)
     ++revision_;
   }
   const auto stored = edits_.work(
-      PendingEdits::Clock::now(), [this](const LabelEdit& edit) { return isStored(edit); },
-      [this](const LabelEdit& edit) { return send(edit); },
+      PendingEdits::Clock::now(),
+      [this](const LabelEdit& edit) {
+        const ClusterLabelDisplay* display = displayOf(edit.mesh);
+        return display && delivery_.isStored(edit, *display);
+      },
+      [this](const LabelEdit& edit) {
+        ClusterLabelDisplay* display = displayOf(edit.mesh);
+        return display ? delivery_.send(edit, *display) : whyNotShown(edit.mesh);
+      },
       [this](const LabelEdit& edit) {
         ClusterLabelDisplay* display = edit.faces ? displayOf(edit.mesh) : nullptr;
         if (display) {
@@ -180,7 +163,7 @@ void LabelSession::giveUp()
 {
   edits_.giveUp();
   commands_.giveUp();
-  other_.clear();
+  delivery_.forgetAll();
   command_failure_.clear();
   ++revision_;
 }
@@ -282,62 +265,6 @@ std::string LabelSession::whyNotShown(const MeshId& mesh) const
                    "': show that mesh and its labels again, with Map3D";
 }
 
-std::string LabelSession::send(const LabelEdit& edit)
-{
-  ClusterLabelDisplay* display = displayOf(edit.mesh);
-  if (!display) {
-    return whyNotShown(edit.mesh);
-  }
-  if (!edit.faces) {
-    return display->setLabelColor(edit.label, edit.color ? &*edit.color : nullptr);
-  }
-  if (edit.hasChanged(facesOf(display->labels(), edit.label))) {
-    return "it has changed meanwhile, elsewhere, and what is new would be lost: give up and look "
-           "at it, or delete it";
-  }
-  other_.erase({edit.mesh, edit.label});
-  const std::string reason = display->storeFaces(edit.label, edit.faces, !edit.adds);
-  // Not where the UUID says "the only one": that may be another mesh for who hears it. Nor that a
-  // label has gone: its owner deletes it, and no faces would be a label without faces elsewhere.
-  const bool removes = edit.faces->empty() && !edit.adds;
-  const std::string& uuid = edit.mesh.first;
-  if (reason.empty() && !removes && !uuid.empty() && uuid != "mesh" &&
-      ros::names::append(labelNamespace(display->source()), "cluster_label") != EVERYBODY) {
-    everybody_.publish(
-        sentEdit(*display->mesh(), edit.label, edit.faces, !edit.adds, display->faceParents()));
-  }
-  return reason;
-}
-
-/// A label that has been compared and is another one is not compared again, as it may be large.
-bool LabelSession::isStored(const LabelEdit& edit)
-{
-  const ClusterLabelDisplay* display = displayOf(edit.mesh);
-  if (!display) {
-    return false;
-  }
-  if (!edit.faces) {
-    return display->ownColor(edit.label) == edit.color;
-  }
-  const auto label = display->labels().find(edit.label);
-  const LabelClusterConstPtr now = label == display->labels().end() ? nullptr : label->second;
-  const auto compared = other_.find({edit.mesh, edit.label});
-  if (compared != other_.end() && compared->second == now) {
-    return false;
-  }
-  const LabelFacesConstPtr stored = facesOf(display->labels(), edit.label);
-  const bool is_stored =
-      edit.adds
-          ? std::includes(stored->begin(), stored->end(), edit.faces->begin(), edit.faces->end())
-          : *stored == *edit.faces || *stored == asStored(*edit.faces, *display);
-  if (is_stored) {
-    other_.erase({edit.mesh, edit.label});
-  } else {
-    other_[{edit.mesh, edit.label}] = now;
-  }
-  return is_stored;
-}
-
 LabelEdit LabelSession::edit(const std::string& label) const
 {
   LabelEdit edit;
@@ -421,7 +348,7 @@ std::string LabelSession::finish(const EditCommand& command, Edits edits)
                             [this](const std::string& label) { return state(label); }));
   }
   for (LabelEdit& edit : edits) {
-    other_.erase({edit.mesh, edit.label});
+    delivery_.forget(edit);
     edits_.add(std::move(edit));
   }
   ++revision_;

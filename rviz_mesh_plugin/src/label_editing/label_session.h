@@ -4,27 +4,23 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <QPointer>
 
-#include <ros/node_handle.h>
-
 #include "base/step_history.h"
 #include "displays/cluster_label_display.h"
 #include "label_editing/edit_command_queue.h"
+#include "label_editing/edit_delivery.h"
 #include "label_editing/label_files.h"
 #include "label_editing/label_history.h"
 #include "label_editing/label_saving.h"
 #include "label_editing/pending_edits.h"
 #include "labels/given_faces.h"
 #include "labels/label_faces.h"
-#include "sources/edit_publisher.h"
 
 namespace rviz {
 class DisplayContext;
@@ -151,18 +147,13 @@ class LabelSession : public StepHistory
   std::string whyNotShown(const MeshId& mesh) const;
   /// Of who stores the labels that are edited.
   std::string nameSpace() const;
-  std::string send(const LabelEdit& edit);
-  bool isStored(const LabelEdit& edit);
   void showEdits(const OptionalStatus& status);
 
   QPointer<rviz::DisplayContext> context_;
   QPointer<ClusterLabelDisplay> display_;
   bool shows_edits_ = false;  ///< there, of this session
-  ros::NodeHandle node_;
-  EditPublisher everybody_;
   PendingEdits edits_;
-  /// Labels that are not what an edit wants: they are not compared again.
-  std::map<std::pair<MeshId, std::string>, LabelClusterConstPtr> other_;
+  EditDelivery delivery_;
   LabelSaving saving_;
   LabelHistory history_;
   EditCommandQueue commands_;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <iterator>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,14 @@ using LabelFacesConstPtr = std::shared_ptr<const std::vector<std::uint32_t>>;
 inline LabelFacesConstPtr labelFaces(std::vector<std::uint32_t> faces)
 {
   return std::make_shared<const std::vector<std::uint32_t>>(std::move(faces));
+}
+
+/// None: the label is not there.
+inline LabelFacesConstPtr facesOf(const LabelClusters& labels, const std::string& label)
+{
+  static const LabelFacesConstPtr none = labelFaces({});
+  const auto found = labels.find(label);
+  return found == labels.end() ? none : LabelFacesConstPtr(found->second, &found->second->faces);
 }
 
 /// Puts faces in ascending order, each once. Takes long for many: not for the GUI thread.
