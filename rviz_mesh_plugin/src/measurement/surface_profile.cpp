@@ -394,24 +394,23 @@ class Section
     return start == NONE ? SurfaceProfile::Piece() : farthest(search(start, any), sign);
   }
 
-  static SurfaceProfile::Piece behind(const SurfaceProfile::Piece& piece, double distance)
+  /// What of a piece is behind this place for good: overhangs may lead back before it.
+  SurfaceProfile::Piece behind(const SurfaceProfile::Piece& piece, double distance) const
   {
-    SurfaceProfile::Piece rest;
-    for (std::size_t i = 0; i < piece.size(); ++i) {
-      if (piece[i].distance < distance) {
-        continue;
-      }
-      if (rest.empty() && i > 0 && piece[i].distance > distance) {
-        const auto& before = piece[i - 1];
-        const double share = (distance - before.distance) / (piece[i].distance - before.distance);
-        rest.push_back({distance, before.z + share * (piece[i].z - before.z)});
-      }
-      rest.push_back(piece[i]);
+    const auto begin =
+        std::find_if(piece.rbegin(), piece.rend(), [&](const SurfaceProfile::Point& point) {
+          return point.distance < distance - tolerance_;
+        }).base();
+    SurfaceProfile::Piece rest(begin, piece.end());
+    if (begin != piece.begin() && begin != piece.end() && begin->distance > distance) {
+      const SurfaceProfile::Point& before = *(begin - 1);
+      const double share = (distance - before.distance) / (begin->distance - before.distance);
+      rest.insert(rest.begin(), {distance, before.z + share * (begin->z - before.z)});
     }
     return rest;
   }
 
-  static SurfaceProfile::Piece upTo(SurfaceProfile::Piece piece, double distance)
+  SurfaceProfile::Piece upTo(SurfaceProfile::Piece piece, double distance) const
   {
     const auto back = [](SurfaceProfile::Piece& points) {
       for (auto& point : points) {

@@ -286,6 +286,24 @@ TEST(SurfaceProfile, a_box_that_stands_on_a_floor)
   }
 }
 
+TEST(SurfaceProfile, an_overhang_where_it_changes_to_another_surface)
+{
+  MeshData mesh = strip({{0, 0}, {5.2f, 0}, {5, 1}, {10, 1}});
+  addQuad(mesh, {{{0, -1, 5}, {5.1f, -1, 5}, {5.1f, 1, 5}, {0, 1, 5}}});
+  const SurfacePoint above = pointAt(mesh, 0.0, 0.3, 5.0), below = pointAt(mesh, 10.0, 0.3, 1.0);
+  for (const bool swapped : {false, true}) {
+    const auto profile =
+        swapped ? findProfile(mesh, below, above) : findProfile(mesh, above, below);
+    ASSERT_EQ(profile.pieces.size(), 2u);
+    expectOnMesh(mesh, profile);
+    EXPECT_NEAR(profile.heights().surface, 10.0, 1e-6);
+    EXPECT_NEAR(profile.heights().lowest, 1.0, 1e-6) << "not below where the overhang leads back";
+    ASSERT_EQ(profile.gaps().size(), 1u);
+    EXPECT_NEAR(profile.gaps()[0].first, swapped ? 4.9 : 5.1, 1e-6);
+    EXPECT_NEAR(profile.gaps()[0].step, swapped ? 4.0 : -4.0, 1e-6);
+  }
+}
+
 TEST(SurfaceProfile, surfaces_do_not_end_where_the_line_does)
 {
   // A sheet that nowhere ends on the floor below it, half a millimeter above.
