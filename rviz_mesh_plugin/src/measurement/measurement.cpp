@@ -47,14 +47,14 @@ std::string gapsText(const SurfaceProfile& profile)
   }
   double length = 0.0;
   for (const auto& gap : gaps) {
-    length += gap.second - gap.first;
+    length += gap.end - gap.begin;
   }
   std::string text = std::to_string(gaps.size()) + (gaps.size() == 1 ? " gap" : " gaps") + " of " +
                      metersOf(length) + ":";
   constexpr std::size_t MOST = 5;
   for (std::size_t i = 0; i < std::min(gaps.size(), MOST); ++i) {
-    text += (i > 0 ? ", " : " ") + decimal(gaps[i].first, 2) + " to " + metersOf(gaps[i].second);
-    if (gaps[i].second - gaps[i].first < 0.001) {
+    text += (i > 0 ? ", " : " ") + decimal(gaps[i].begin, 2) + " to " + metersOf(gaps[i].end);
+    if (gaps[i].end - gaps[i].begin < 0.001) {
       text += " with a step of " + signedMeters(gaps[i].step);
     }
   }

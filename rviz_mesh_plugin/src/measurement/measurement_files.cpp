@@ -93,7 +93,7 @@ void setProfile(const SurfaceProfile& profile, Row& row)
   const SurfaceProfile::Heights heights = profile.heights();
   double gaps = 0.0;
   for (const auto& gap : profile.gaps()) {
-    gaps += gap.second - gap.first;
+    gaps += gap.end - gap.begin;
   }
   row.set("along_surface_m", heights.surface);
   row.set("lowest_z_m", heights.lowest);

@@ -1,8 +1,8 @@
 #include "measurement/section_contacts.h"
 
+#include <array>
 #include <cmath>
 
-#include "base/vectors.h"
 #include "threads/cancellation.h"
 
 namespace rviz_mesh_plugin {
@@ -14,14 +14,12 @@ constexpr double CORNER = 0.1;
 constexpr double OPPOSITE = -0.99;
 
 /// The direction to which a face looks, in the plane of the section.
-std::array<double, 2> lookOf(const MeshData& mesh, const std::array<double, 2>& direction,
-                             std::uint32_t face)
+std::array<double, 2> lookOf(const std::vector<SectionNode>& nodes, const SectionSegment& segment)
 {
-  const auto normal = normalOf(mesh, face);
-  const double s = normal[0] * direction[0] + normal[1] * direction[1];
-  const double length = std::hypot(s, normal[2]);
-  return length > 0.0 ? std::array<double, 2>{s / length, normal[2] / length}
-                      : std::array<double, 2>{};
+  const double s = nodes[segment.b].s - nodes[segment.a].s;
+  const double z = nodes[segment.b].z - nodes[segment.a].z;
+  const double length = std::hypot(s, z);
+  return length > 0.0 ? std::array<double, 2>{-z / length, s / length} : std::array<double, 2>{};
 }
 
 }  // namespace
@@ -66,9 +64,8 @@ std::vector<bool> endsAndCorners(const std::vector<SectionNode>& nodes,
   return found;
 }
 
-void findCovered(const MeshData& mesh, const std::array<double, 2>& direction, double length,
-                 const std::vector<SectionNode>& nodes, std::vector<SectionSegment>& segments,
-                 const std::atomic<bool>* cancel)
+void findCovered(double length, const std::vector<SectionNode>& nodes,
+                 std::vector<SectionSegment>& segments, const std::atomic<bool>* cancel)
 {
   const SectionColumns columns(nodes, segments, length);
   for (SectionSegment& segment : segments) {
@@ -78,7 +75,7 @@ void findCovered(const MeshData& mesh, const std::array<double, 2>& direction, d
     }
     const SectionNode &a = nodes[segment.a], &b = nodes[segment.b];
     const SectionNode middle{0.5 * (a.s + b.s), 0.5 * (a.z + b.z)};
-    const auto look = lookOf(mesh, direction, segment.face);
+    const auto look = lookOf(nodes, segment);
     columns.visit(middle.s, [&](std::uint32_t i) {
       const SectionSegment& other = segments[i];
       if (segment.covered || other.face == NONE || other.face == segment.face) {
@@ -89,7 +86,7 @@ void findCovered(const MeshData& mesh, const std::array<double, 2>& direction, d
         return;
       }
       const SectionNode &c = nodes[other.a], &d = nodes[other.b];
-      const auto look_of_other = lookOf(mesh, direction, other.face);
+      const auto look_of_other = lookOf(nodes, other);
       const double ahead = look[0] * (c.s + share * (d.s - c.s) - middle.s) +
                            look[1] * (c.z + share * (d.z - c.z) - middle.z);
       segment.covered = look[0] * look_of_other[0] + look[1] * look_of_other[1] < OPPOSITE &&

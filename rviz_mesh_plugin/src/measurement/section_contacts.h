@@ -1,35 +1,15 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
-#include "base/mesh_data.h"
+#include "measurement/section_graph.h"
 
 namespace rviz_mesh_plugin {
-
-/// Surfaces of a section touch up to this distance, in meters.
-constexpr double TOUCHING = 1e-3;
-
-/// Of what an upright plane cuts out of a mesh: s is the distance along the line.
-struct SectionNode
-{
-  double s;
-  double z;
-  bool cut = false;  ///< the surface goes on beyond the line
-};
-struct SectionSegment
-{
-  std::uint32_t a;
-  std::uint32_t b;
-  std::uint32_t face;    ///< NONE: a joint of two surfaces
-  bool up;               ///< the face is counterclockwise from above
-  bool covered = false;  ///< another part lies on it
-};
 
 /// Segments by where they are along the line.
 class SectionColumns
@@ -80,10 +60,8 @@ std::vector<bool> endsAndCorners(const std::vector<SectionNode>& nodes,
                                  const std::vector<SectionSegment>& segments);
 
 /// Marks what another part lies on, such as a floor below a box.
-/// @param direction of the line in plan
 /// @throw Canceled (cancellation.h)
-void findCovered(const MeshData& mesh, const std::array<double, 2>& direction, double length,
-                 const std::vector<SectionNode>& nodes, std::vector<SectionSegment>& segments,
-                 const std::atomic<bool>* cancel);
+void findCovered(double length, const std::vector<SectionNode>& nodes,
+                 std::vector<SectionSegment>& segments, const std::atomic<bool>* cancel);
 
 }  // namespace rviz_mesh_plugin

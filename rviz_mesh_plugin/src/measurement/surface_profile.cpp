@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <limits>
-#include <numeric>
-#include <queue>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -14,7 +11,8 @@
 
 #include "base/vectors.h"
 #include "measurement/section_contacts.h"
-#include "selection/face_neighbors.h"
+#include "measurement/section_graph.h"
+#include "measurement/section_islands.h"
 #include "threads/cancellation.h"
 
 namespace rviz_mesh_plugin {
@@ -25,32 +23,8 @@ using Node = SectionNode;
 using Segment = SectionSegment;
 constexpr double INF = std::numeric_limits<double>::infinity();
 
-/// How much longer a way below another part counts.
-constexpr double COVERED_COST = 1e3;
-
 /// So many faces are looked at between two looks at the cancel flag.
 constexpr std::size_t CUT_STRETCH = 1 << 16;
-
-/// Which things belong together.
-class UnionFind
-{
- public:
-  explicit UnionFind(std::size_t count) : parents_(count)
-  {
-    std::iota(parents_.begin(), parents_.end(), 0u);
-  }
-  Index find(Index i)
-  {
-    while (parents_[i] != i) {
-      i = parents_[i] = parents_[parents_[i]];
-    }
-    return i;
-  }
-  void unite(Index a, Index b) { parents_[find(a)] = find(b); }
-
- private:
-  std::vector<Index> parents_;
-};
 
 /// An edge of the mesh by its places, so that it is one for all faces at it, also at seams.
 using EdgeKey = std::array<std::array<float, 3>, 2>;
@@ -91,10 +65,10 @@ class Section
     profile.from = {from_.position[0], from_.position[1]};
     profile.direction = direction_;
     if (begin_ != NONE && end_ != NONE) {
-      const Search all = search(begin_, any);
-      if (all.lengths[end_] < INF) {
+      const auto all = graph_.search(begin_);
+      if (all.reaches(end_)) {
         profile.connected = true;
-        profile.pieces.push_back(pathTo(all, end_));
+        profile.pieces.push_back(pieceOf(graph_.pathTo(all, end_)));
         return profile;
       }
     }
@@ -117,8 +91,9 @@ class Section
     const Node gap_end =
         last.empty() ? Node{length_, to_.position[2]} : Node{last.front().distance, last.front().z};
     if (gap_end.s - gap_begin.s > TOUCHING) {
-      for (auto& piece : islands(gap_begin, gap_end)) {
-        pieces.push_back(std::move(piece));
+      for (const auto& path :
+           findIslands(mesh_, graph_, faces_, up_, gap_begin, gap_end, cancel_)) {
+        pieces.push_back(pieceOf(path));
       }
     }
     pieces.push_back(last);
@@ -157,15 +132,14 @@ class Section
       if (left[v[0]] == left[v[1]] && left[v[1]] == left[v[2]]) {
         continue;
       }
-      std::array<Index, 2> ends{NONE, NONE};
-      std::size_t found = 0;
+      Index begin = NONE, end = NONE;
       for (unsigned side = 0; side < 3; ++side) {
         const std::uint32_t a = v[side], b = v[(side + 1) % 3];
         if (left[a] != left[b]) {
-          ends.at(found++) = nodeOn(nodes, a, b);
+          (left[a] ? begin : end) = nodeOn(nodes, a, b);
         }
       }
-      add(ends[0], ends[1], face);
+      add(begin, end, face);
     }
   }
 
@@ -212,7 +186,7 @@ class Section
     const Node one = nodes_[a], other = nodes_[b];
     a = end(a, one, other);
     b = end(b, other, one);
-    segments_.push_back({a, b, face, normalOf(mesh_, face)[2] > 0.0});
+    segments_.push_back({a, b, face});
   }
 
   struct Split
@@ -259,7 +233,7 @@ class Section
       nodes_.push_back({a.s + share * (b.s - a.s), a.z + share * (b.z - a.z)});
       splits.push_back({segment, share, other});
     }
-    joints_.push_back({node, other, NONE, true});
+    joints_.push_back({node, other, NONE});
   }
 
   /// The node of a point that is in the section, in this face where it can be; NONE where it is
@@ -282,7 +256,7 @@ class Section
     if (best.segment == NONE) {
       return NONE;
     }
-    up_ = segments_[best.segment].up;
+    up_ = nodes_[segments_[best.segment].b].s > nodes_[segments_[best.segment].a].s;
     faces_.push_back(segments_[best.segment].face);
     nodes_.push_back(point);
     splits.push_back(best);
@@ -300,98 +274,37 @@ class Section
       // What is left of it, to be cut by the next one.
       Index rest = splits[i].node;
       for (; i + 1 < splits.size() && splits[i + 1].segment == splits[i].segment; ++i) {
-        segments_.push_back({rest, splits[i + 1].node, whole.face, whole.up});
+        segments_.push_back({rest, splits[i + 1].node, whole.face});
         rest = splits[i + 1].node;
       }
-      segments_.push_back({rest, whole.b, whole.face, whole.up});
+      segments_.push_back({rest, whole.b, whole.face});
     }
-    findCovered(mesh_, direction_, length_, nodes_, segments_, cancel_);
+    findCovered(length_, nodes_, segments_, cancel_);
     segments_.insert(segments_.end(), joints_.begin(), joints_.end());
-    offsets_.assign(nodes_.size() + 1, 0);
-    for (const Segment& segment : segments_) {
-      ++offsets_[segment.a + 1];
-      ++offsets_[segment.b + 1];
-    }
-    std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
-    rows_.resize(2 * segments_.size());
-    std::vector<std::size_t> next(offsets_.begin(), offsets_.end() - 1);
-    for (Index i = 0; i < segments_.size(); ++i) {
-      rows_[next[segments_[i].a]++] = i;
-      rows_[next[segments_[i].b]++] = i;
-    }
+    graph_ = SectionGraph(std::move(nodes_), std::move(segments_), tolerance_);
   }
 
-  struct Search
-  {
-    std::vector<double> lengths;
-    std::vector<Index> before;  ///< on the shortest way
-  };
-  /// Whether a segment is used, which leads so far along the line.
-  using May = std::function<bool(const Segment&, double)>;
-  static bool any(const Segment&, double) { return true; }
-
-  /// Dijkstra, 1959: shortest ways within the section, not below other parts where that can be.
-  Search search(Index start, const May& may) const
-  {
-    Search found{std::vector<double>(nodes_.size(), INF), std::vector<Index>(nodes_.size(), NONE)};
-    using Entry = std::pair<double, Index>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    found.lengths[start] = 0.0;
-    queue.push({0.0, start});
-    while (!queue.empty()) {
-      const auto [length, node] = queue.top();
-      queue.pop();
-      if (length > found.lengths[node]) {
-        continue;
-      }
-      for (std::size_t i = offsets_[node]; i < offsets_[node + 1]; ++i) {
-        const Segment& segment = segments_[rows_[i]];
-        const Index other = segment.a == node ? segment.b : segment.a;
-        const double s = nodes_[other].s - nodes_[node].s;
-        const double longer = length + (segment.covered ? COVERED_COST : 1.0) *
-                                           std::hypot(s, nodes_[other].z - nodes_[node].z);
-        if (longer < found.lengths[other] && may(segment, s)) {
-          found.lengths[other] = longer;
-          found.before[other] = node;
-          queue.push({longer, other});
-        }
-      }
-    }
-    return found;
-  }
-
-  SurfaceProfile::Piece pathTo(const Search& search, Index end) const
+  SurfaceProfile::Piece pieceOf(const SectionPath& path) const
   {
     SurfaceProfile::Piece piece;
-    for (Index node = end; node != NONE; node = search.before[node]) {
-      const SurfaceProfile::Point point{std::clamp(nodes_[node].s, 0.0, length_), nodes_[node].z};
+    for (const SectionStep& step : path) {
+      const Node& node = graph_.nodes()[step.node];
+      const SurfaceProfile::Point point{std::clamp(node.s, 0.0, length_), node.z};
       if (piece.empty() || std::hypot(point.distance - piece.back().distance,
                                       point.z - piece.back().z) > tolerance_) {
         piece.push_back(point);
       }
     }
-    std::reverse(piece.begin(), piece.end());
     return piece;
-  }
-
-  /// The way to where the line has been followed farthest, of several there the nearest.
-  SurfaceProfile::Piece farthest(const Search& search, double sign) const
-  {
-    Index best = NONE;
-    for (Index node = 0; node < nodes_.size(); ++node) {
-      if (search.lengths[node] < INF) {
-        const double further = best == NONE ? INF : sign * (nodes_[node].s - nodes_[best].s);
-        const bool nearer =
-            best != NONE && further >= -tolerance_ && search.lengths[node] < search.lengths[best];
-        best = further > tolerance_ || nearer ? node : best;
-      }
-    }
-    return best == NONE ? SurfaceProfile::Piece() : pathTo(search, best);
   }
 
   SurfaceProfile::Piece followed(Index start, double sign) const
   {
-    return start == NONE ? SurfaceProfile::Piece() : farthest(search(start, any), sign);
+    if (start == NONE) {
+      return {};
+    }
+    const auto search = graph_.search(start);
+    return pieceOf(graph_.pathTo(search, graph_.farthest(search, sign)));
   }
 
   /// What of a piece is behind this place for good: overhangs may lead back before it.
@@ -424,99 +337,6 @@ class Section
     return piece;
   }
 
-  /// What lies within a gap, of the connected surfaces that the two points are on.
-  std::vector<SurfaceProfile::Piece> islands(const Node& begin, const Node& end)
-  {
-    std::vector<bool> within(segments_.size(), false);
-    bool any = false;
-    for (Index i = 0; i < segments_.size(); ++i) {
-      const Segment& segment = segments_[i];
-      const auto inside = [&](Index node) {
-        return nodes_[node].s >= begin.s - tolerance_ && nodes_[node].s <= end.s + tolerance_;
-      };
-      within[i] =
-          segment.face != NONE && segment.up == up_ && inside(segment.a) && inside(segment.b);
-      any = any || within[i];
-    }
-    if (!any || faces_.empty()) {
-      return {};
-    }
-    const std::vector<std::uint32_t> corners = joinedCorners(mesh_);
-    throwIfCanceled(cancel_);
-    UnionFind surfaces(mesh_.vertexCount());
-    for (std::size_t corner = 0; corner + 2 < corners.size(); corner += 3) {
-      surfaces.unite(corners[corner], corners[corner + 1]);
-      surfaces.unite(corners[corner], corners[corner + 2]);
-    }
-    throwIfCanceled(cancel_);
-    const auto surface = [&](Index face) { return surfaces.find(corners[3 * std::size_t{face}]); };
-    UnionFind groups(nodes_.size());
-    for (Index i = 0; i < segments_.size(); ++i) {
-      within[i] = within[i] && std::any_of(faces_.begin(), faces_.end(), [&](Index face) {
-                    return surface(face) == surface(segments_[i].face);
-                  });
-      if (within[i]) {
-        groups.unite(segments_[i].a, segments_[i].b);
-      }
-    }
-    return chosen(begin, end, within, groups);
-  }
-
-  std::vector<SurfaceProfile::Piece> chosen(const Node& begin, const Node& end,
-                                            const std::vector<bool>& within, UnionFind& groups)
-  {
-    struct Candidate
-    {
-      double distance;  ///< of its middle from the straight line over the gap
-      SurfaceProfile::Piece piece;
-    };
-    std::unordered_map<Index, Index> first_nodes;  // of each group the first along the line
-    for (Index i = 0; i < segments_.size(); ++i) {
-      for (const Index node : {segments_[i].a, segments_[i].b}) {
-        if (within[i]) {
-          Index& first = first_nodes.emplace(groups.find(node), node).first->second;
-          first = nodes_[node].s < nodes_[first].s ? node : first;
-        }
-      }
-    }
-    std::vector<Candidate> candidates;
-    for (const auto& [group, first] : first_nodes) {
-      throwIfCanceled(cancel_);
-      const auto may = [&](const Segment& segment, double s) {
-        return s >= -tolerance_ && within[static_cast<std::size_t>(&segment - segments_.data())];
-      };
-      Candidate candidate{0.0, farthest(search(first, may), 1.0)};
-      if (candidate.piece.size() < 2) {
-        continue;
-      }
-      const auto& a = candidate.piece.front();
-      const auto& b = candidate.piece.back();
-      // It must not be what the gap begins or ends at: a storey that goes on beyond it.
-      if (a.distance <= begin.s + tolerance_ || b.distance >= end.s - tolerance_) {
-        continue;
-      }
-      const double share = (0.5 * (a.distance + b.distance) - begin.s) / (end.s - begin.s);
-      candidate.distance = std::abs(0.5 * (a.z + b.z) - (begin.z + share * (end.z - begin.z)));
-      candidates.push_back(std::move(candidate));
-    }
-    std::sort(candidates.begin(), candidates.end(),
-              [](const auto& a, const auto& b) { return a.distance < b.distance; });
-    std::vector<SurfaceProfile::Piece> pieces;
-    for (Candidate& candidate : candidates) {
-      const auto& piece = candidate.piece;
-      const bool free = std::all_of(pieces.begin(), pieces.end(), [&](const auto& other) {
-        return piece.back().distance <= other.front().distance ||
-               piece.front().distance >= other.back().distance;
-      });
-      if (free) {
-        pieces.push_back(std::move(candidate.piece));
-      }
-    }
-    std::sort(pieces.begin(), pieces.end(),
-              [](const auto& a, const auto& b) { return a.front().distance < b.front().distance; });
-    return pieces;
-  }
-
   const MeshData& mesh_;
   const SurfacePoint& from_;
   const SurfacePoint& to_;
@@ -529,10 +349,9 @@ class Section
   std::vector<Segment> joints_;
   Index begin_ = NONE;  ///< nodes of the two points
   Index end_ = NONE;
-  std::vector<Index> faces_;          ///< of the two points
-  bool up_ = true;                    ///< of their face
-  std::vector<std::size_t> offsets_;  ///< rows of segments, one a node
-  std::vector<Index> rows_;
+  std::vector<Index> faces_;  ///< of the two points
+  bool up_ = true;            ///< of their face
+  SectionGraph graph_;        ///< of these, once it is complete
 };
 
 }  // namespace

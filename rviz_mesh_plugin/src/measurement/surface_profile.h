@@ -28,8 +28,8 @@ struct SurfaceProfile
 
   struct Gap
   {
-    double first = 0.0;  ///< from where to where along the line
-    double second = 0.0;
+    double begin = 0.0;  ///< from where to where along the line
+    double end = 0.0;
     double step = 0.0;  ///< of z over it; unknown before the first piece and behind the last
   };
   /// Where there is none of the surface; of length 0 where one piece begins above or below where

@@ -132,8 +132,8 @@ TEST(SurfaceProfile, a_surface_that_ends_is_followed_as_far_as_it_leads)
   const auto profile = findProfile(mesh, pointAt(mesh, 0.5, 0.3), pointAt(mesh, 4.5, 0.3, 1.0));
   EXPECT_FALSE(profile.connected);
   ASSERT_EQ(profile.gaps().size(), 1u);
-  EXPECT_NEAR(profile.gaps()[0].first, 2.5, 1e-6);
-  EXPECT_NEAR(profile.gaps()[0].second, 3.5, 1e-6);
+  EXPECT_NEAR(profile.gaps()[0].begin, 2.5, 1e-6);
+  EXPECT_NEAR(profile.gaps()[0].end, 3.5, 1e-6);
   EXPECT_NEAR(profile.heights().ascent, 1.0, 1e-6);
 }
 
@@ -154,10 +154,10 @@ TEST(SurfaceProfile, gaps_are_told_and_what_lies_between_them_is_kept)
   ASSERT_EQ(profile.pieces.size(), 3u);
   const auto gaps = profile.gaps();
   ASSERT_EQ(gaps.size(), 2u);
-  EXPECT_NEAR(gaps[0].first, 0.5, 1e-6);
-  EXPECT_NEAR(gaps[0].second, 0.7, 1e-6);
-  EXPECT_NEAR(gaps[1].first, 1.1, 1e-6);
-  EXPECT_NEAR(gaps[1].second, 1.5, 1e-6);
+  EXPECT_NEAR(gaps[0].begin, 0.5, 1e-6);
+  EXPECT_NEAR(gaps[0].end, 0.7, 1e-6);
+  EXPECT_NEAR(gaps[1].begin, 1.1, 1e-6);
+  EXPECT_NEAR(gaps[1].end, 1.5, 1e-6);
   expectOnMesh(mesh, profile);
   // What floats in a gap, and belongs to nothing there, is not the surface.
   addQuad(mesh, {{{-0.37f, -1, 0}, {-0.23f, -1, 0}, {-0.23f, 1, 0}, {-0.37f, 1, 0}}});
@@ -206,7 +206,7 @@ TEST(SurfaceProfile, another_storey_is_not_the_profile)
   const auto between = findProfile(mesh, pointAt(mesh, -0.9, 0.1), pointAt(mesh, 0.9, 0.1, 1));
   EXPECT_FALSE(between.connected);
   ASSERT_EQ(between.gaps().size(), 1u);
-  EXPECT_NEAR(between.gaps()[0].first, 0.9, 1e-6);
+  EXPECT_NEAR(between.gaps()[0].begin, 0.9, 1e-6);
   EXPECT_NEAR(between.gaps()[0].step, 1.0, 1e-6);
   EXPECT_NEAR(between.heights().lowest, -0.09, 1e-6);
   EXPECT_NEAR(between.heights().highest, 1.0, 1e-6);
@@ -274,8 +274,8 @@ TEST(SurfaceProfile, a_box_that_stands_on_a_floor)
       }
       EXPECT_NEAR(heights.surface, 7.0, 1e-5);
       ASSERT_EQ(gaps.size(), 1u);
-      EXPECT_NEAR(gaps[0].first, down ? 2.02 : 4.98, 1e-5);
-      EXPECT_NEAR(gaps[0].second, gaps[0].first, 1e-5);
+      EXPECT_NEAR(gaps[0].begin, down ? 2.02 : 4.98, 1e-5);
+      EXPECT_NEAR(gaps[0].end, gaps[0].begin, 1e-5);
       EXPECT_NEAR(gaps[0].step, down ? -1.0 : 1.0, 1e-5);
     }
     if (height == 0.0f) {  // not below it
@@ -299,7 +299,7 @@ TEST(SurfaceProfile, an_overhang_where_it_changes_to_another_surface)
     EXPECT_NEAR(profile.heights().surface, 10.0, 1e-6);
     EXPECT_NEAR(profile.heights().lowest, 1.0, 1e-6) << "not below where the overhang leads back";
     ASSERT_EQ(profile.gaps().size(), 1u);
-    EXPECT_NEAR(profile.gaps()[0].first, swapped ? 4.9 : 5.1, 1e-6);
+    EXPECT_NEAR(profile.gaps()[0].begin, swapped ? 4.9 : 5.1, 1e-6);
     EXPECT_NEAR(profile.gaps()[0].step, swapped ? 4.0 : -4.0, 1e-6);
   }
 }

@@ -59,7 +59,7 @@ void ProfilePlot::paintEvent(QPaintEvent* /*event*/)
   const auto x = [&](double s) { return area.left() + s / profile_.length * area.width(); };
   const auto y = [&](double z) { return area.bottom() - (z - low) / (high - low) * area.height(); };
   for (const auto& gap : profile_.gaps()) {
-    canvas.fillRect(QRectF(x(gap.first), area.top(), x(gap.second) - x(gap.first), area.height()),
+    canvas.fillRect(QRectF(x(gap.begin), area.top(), x(gap.end) - x(gap.begin), area.height()),
                     QBrush(QColor(200, 60, 60, 120), Qt::BDiagPattern));
   }
   const QColor faint(128, 128, 128, 90);

@@ -1,0 +1,157 @@
+#include "measurement/section_islands.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "measurement/union_find.h"
+#include "selection/face_neighbors.h"
+#include "threads/cancellation.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+using Index = std::uint32_t;
+
+/// A part of the section within the gap.
+struct Candidate
+{
+  double distance;  ///< of its middle from the straight line over the gap
+  SectionPath path;
+};
+
+class Islands
+{
+ public:
+  Islands(const MeshData& mesh, const SectionGraph& graph, const SectionNode& begin,
+          const SectionNode& end, const std::atomic<bool>* cancel)
+      : mesh_(mesh),
+        graph_(graph),
+        nodes_(graph.nodes()),
+        segments_(graph.segments()),
+        begin_(begin),
+        end_(end),
+        cancel_(cancel)
+  {
+  }
+
+  std::vector<SectionPath> find(const std::vector<Index>& faces, bool up)
+  {
+    findWithin(faces, up);
+    std::vector<Candidate> found = candidates();
+    std::sort(found.begin(), found.end(),
+              [](const auto& a, const auto& b) { return a.distance < b.distance; });
+    std::vector<SectionPath> paths;
+    for (Candidate& candidate : found) {
+      const bool free = std::all_of(paths.begin(), paths.end(), [&](const SectionPath& other) {
+        return last(candidate.path) <= first(other) || first(candidate.path) >= last(other);
+      });
+      if (free) {
+        paths.push_back(std::move(candidate.path));
+      }
+    }
+    std::sort(paths.begin(), paths.end(),
+              [&](const auto& a, const auto& b) { return first(a) < first(b); });
+    return paths;
+  }
+
+ private:
+  double first(const SectionPath& path) const { return nodes_[path.front().node].s; }
+  double last(const SectionPath& path) const { return nodes_[path.back().node].s; }
+
+  bool isInside(Index node) const
+  {
+    return nodes_[node].s >= begin_.s - graph_.tolerance() &&
+           nodes_[node].s <= end_.s + graph_.tolerance();
+  }
+
+  /// Of the connected surfaces of these faces.
+  void findWithin(const std::vector<Index>& faces, bool up)
+  {
+    within_.assign(segments_.size(), false);
+    bool any = false;
+    for (Index i = 0; i < segments_.size(); ++i) {
+      const SectionSegment& segment = segments_[i];
+      within_[i] = segment.face != NONE && (nodes_[segment.b].s > nodes_[segment.a].s) == up &&
+                   isInside(segment.a) && isInside(segment.b);
+      any = any || within_[i];
+    }
+    if (!any) {
+      return;
+    }
+    const std::vector<Index> corners = joinedCorners(mesh_);
+    throwIfCanceled(cancel_);
+    UnionFind surfaces(mesh_.vertexCount());
+    for (std::size_t corner = 0; corner + 2 < corners.size(); corner += 3) {
+      surfaces.unite(corners[corner], corners[corner + 1]);
+      surfaces.unite(corners[corner], corners[corner + 2]);
+    }
+    throwIfCanceled(cancel_);
+    const auto surface = [&](Index face) { return surfaces.find(corners[3 * std::size_t{face}]); };
+    for (Index i = 0; i < segments_.size(); ++i) {
+      within_[i] = within_[i] && std::any_of(faces.begin(), faces.end(), [&](Index face) {
+                     return surface(face) == surface(segments_[i].face);
+                   });
+    }
+  }
+
+  /// One for each connected part that is within.
+  std::vector<Candidate> candidates() const
+  {
+    UnionFind groups(nodes_.size());
+    for (Index i = 0; i < segments_.size(); ++i) {
+      if (within_[i]) {
+        groups.unite(segments_[i].a, segments_[i].b);
+      }
+    }
+    std::unordered_map<Index, Index> first_nodes;  // of each group the first along the line
+    for (Index i = 0; i < segments_.size(); ++i) {
+      for (const Index node : {segments_[i].a, segments_[i].b}) {
+        if (within_[i]) {
+          Index& first = first_nodes.emplace(groups.find(node), node).first->second;
+          first = nodes_[node].s < nodes_[first].s ? node : first;
+        }
+      }
+    }
+    std::vector<Candidate> found;
+    for (const auto& [group, first_node] : first_nodes) {
+      throwIfCanceled(cancel_);
+      const auto search = graph_.search(first_node, [&](Index segment, double s) {
+        return within_[segment] && s >= -graph_.tolerance();
+      });
+      SectionPath path = graph_.pathTo(search, graph_.farthest(search, 1.0));
+      // It must not be what the gap begins or ends at: a storey that goes on beyond it.
+      if (path.size() < 2 || first(path) <= begin_.s + graph_.tolerance() ||
+          last(path) >= end_.s - graph_.tolerance()) {
+        continue;
+      }
+      const double share = (0.5 * (first(path) + last(path)) - begin_.s) / (end_.s - begin_.s);
+      const double z = 0.5 * (nodes_[path.front().node].z + nodes_[path.back().node].z);
+      const double distance = std::abs(z - (begin_.z + share * (end_.z - begin_.z)));
+      found.push_back({distance, std::move(path)});
+    }
+    return found;
+  }
+
+  const MeshData& mesh_;
+  const SectionGraph& graph_;
+  const std::vector<SectionNode>& nodes_;
+  const std::vector<SectionSegment>& segments_;
+  SectionNode begin_;
+  SectionNode end_;
+  const std::atomic<bool>* cancel_;
+  std::vector<bool> within_;  ///< segments that may be of an island
+};
+
+}  // namespace
+
+std::vector<SectionPath> findIslands(const MeshData& mesh, const SectionGraph& graph,
+                                     const std::vector<std::uint32_t>& faces, bool up,
+                                     const SectionNode& begin, const SectionNode& end,
+                                     const std::atomic<bool>* cancel)
+{
+  return Islands(mesh, graph, begin, end, cancel).find(faces, up);
+}
+
+}  // namespace rviz_mesh_plugin
