@@ -38,28 +38,43 @@ std::pair<double, double> nearestOn(const std::vector<SectionNode>& nodes,
 }
 
 std::vector<bool> endsAndCorners(const std::vector<SectionNode>& nodes,
-                                 const std::vector<SectionSegment>& segments)
+                                 const std::vector<SectionSegment>& segments,
+                                 const std::atomic<bool>* cancel)
 {
-  std::vector<unsigned> degrees(nodes.size(), 0);
-  std::vector<std::array<double, 2>> first(nodes.size());  // direction of one of its segments
+  const SectionRows rows(nodes.size(), segments);
   std::vector<bool> found(nodes.size(), false);
-  for (const SectionSegment& segment : segments) {
-    const double s = nodes[segment.b].s - nodes[segment.a].s;
-    const double z = nodes[segment.b].z - nodes[segment.a].z;
-    const double length = std::hypot(s, z);
-    for (const std::uint32_t node : {segment.a, segment.b}) {
-      const bool small = length <= 2.0 * TOUCHING;
-      if (degrees[node]++ == 0) {
-        first[node] =
-            small ? std::array<double, 2>{} : std::array<double, 2>{s / length, z / length};
-      } else if (!small) {
-        const double turn = first[node][0] * z / length - first[node][1] * s / length;
-        found[node] = found[node] || std::abs(turn) > CORNER;
-      }
-    }
-  }
+  std::vector<std::uint32_t> seen_from(nodes.size(), NONE);  // from which node last
+  std::vector<std::uint32_t> near;
   for (std::uint32_t node = 0; node < nodes.size(); ++node) {
-    found[node] = (found[node] || degrees[node] == 1) && !nodes[node].cut;
+    throwIfCanceled(cancel);
+    if (rows.isEmpty(node) || nodes[node].cut) {
+      continue;
+    }
+    std::array<double, 2> first{};  // direction of one way
+    bool corner = false, straight_on = false, at_end_of_line = false;
+    near.assign(1, node);
+    seen_from[node] = node;
+    for (std::size_t next = 0; next < near.size(); ++next) {
+      rows.visit(near[next], [&](std::uint32_t i) {
+        const std::uint32_t other = segments[i].a == near[next] ? segments[i].b : segments[i].a;
+        if (seen_from[other] == node) {
+          return;
+        }
+        seen_from[other] = node;
+        const double s = nodes[other].s - nodes[node].s, z = nodes[other].z - nodes[node].z;
+        const double length = std::hypot(s, z);
+        at_end_of_line = at_end_of_line || (nodes[other].cut && length <= 1e-3 * TOUCHING);
+        if (length <= 2.0 * TOUCHING && !nodes[other].cut) {
+          near.push_back(other);
+        } else if (first == std::array<double, 2>{}) {
+          first = {s / length, z / length};
+        } else {
+          corner = corner || std::abs(first[0] * z - first[1] * s) > CORNER * length;
+          straight_on = straight_on || first[0] * s + first[1] * z < 0.0;
+        }
+      });
+    }
+    found[node] = (corner || !straight_on) && !at_end_of_line;
   }
   return found;
 }

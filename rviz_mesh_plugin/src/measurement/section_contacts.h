@@ -54,10 +54,13 @@ class SectionColumns
 std::pair<double, double> nearestOn(const std::vector<SectionNode>& nodes,
                                     const SectionSegment& segment, const SectionNode& point);
 
-/// Which nodes are ends of surfaces, or corners of parts that are larger than what touches; not
-/// where the line ends.
+/// Which nodes are ends of surfaces, or corners: from where they do not lead straight on to both
+/// sides. What is smaller than what touches, as a chamfer, does not count: the surface is seen from
+/// a node where it is farther away. Not where the line ends.
+/// @throw Canceled (cancellation.h)
 std::vector<bool> endsAndCorners(const std::vector<SectionNode>& nodes,
-                                 const std::vector<SectionSegment>& segments);
+                                 const std::vector<SectionSegment>& segments,
+                                 const std::atomic<bool>* cancel);
 
 /// Marks what another part lies on, such as a floor below a box.
 /// @throw Canceled (cancellation.h)

@@ -203,7 +203,7 @@ class Section
     std::vector<Split> splits;
     begin_ = place({0.0, from_.position[2]}, from_.face, splits);
     end_ = place({length_, to_.position[2]}, to_.face, splits);
-    const std::vector<bool> ends = endsAndCorners(nodes_, segments_);
+    const std::vector<bool> ends = endsAndCorners(nodes_, segments_, cancel_);
     const SectionColumns columns(nodes_, segments_, length_);
     for (Index node = 0; node < ends.size(); ++node) {
       if (!ends[node]) {

@@ -58,6 +58,25 @@ MeshData strip(const std::vector<std::pair<float, float>>& points)
   return mesh;
 }
 
+void append(MeshData& mesh, const MeshData& other)
+{
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const std::uint32_t vertex : other.indices) {
+    mesh.indices.push_back(first + vertex);
+  }
+}
+
+/// As modelers write sheets that are seen from both sides: each face again, turned round.
+MeshData doubled(MeshData mesh)
+{
+  const std::vector<std::uint32_t> faces = mesh.indices;
+  for (std::size_t i = 0; i < faces.size(); i += 3) {
+    mesh.indices.insert(mesh.indices.end(), {faces[i], faces[i + 2], faces[i + 1]});
+  }
+  return mesh;
+}
+
 }  // namespace
 
 TEST(SurfaceProfile, a_slope_rises_as_it_does)
@@ -304,14 +323,77 @@ TEST(SurfaceProfile, an_overhang_where_it_changes_to_another_surface)
   }
 }
 
+TEST(SurfaceProfile, sheets_of_two_sides_stand_on_a_floor_as_those_of_one_do)
+{
+  const MeshData floor = strip({{0, 0}, {10, 0}}), ramp = strip({{4, 0}, {7, 1}, {9, 1}});
+  for (const bool all : {false, true}) {
+    MeshData mesh = all ? doubled(floor) : floor;
+    append(mesh, doubled(ramp));
+    const SurfacePoint begin = pointAt(mesh, 1.0, 0.3), top = pointAt(mesh, 8.0, 0.3, 1.0);
+    for (const bool down : {false, true}) {
+      const auto profile = down ? findProfile(mesh, top, begin) : findProfile(mesh, begin, top);
+      EXPECT_TRUE(profile.connected) << all;
+      EXPECT_NEAR(profile.heights().surface, 4.0 + std::hypot(3.0, 1.0), 1e-5) << all;
+    }
+  }
+}
+
+TEST(SurfaceProfile, a_face_without_area_at_an_end)
+{
+  const MeshData floor = strip({{0, 0}, {10, 0}}), ramp = strip({{4, 0}, {7, 1}, {9, 1}});
+  for (const bool first : {false, true}) {
+    MeshData mesh;
+    MeshData edge;  // along the foot of the ramp
+    edge.vertices = {ramp.vertices[0], ramp.vertices[3]};
+    edge.indices = {0, 0, 1};
+    append(mesh, floor);
+    append(mesh, first ? edge : ramp);
+    append(mesh, first ? ramp : edge);
+    const auto profile = findProfile(mesh, pointAt(mesh, 1.0, 0.3), pointAt(mesh, 8.0, 0.3, 1.0));
+    EXPECT_TRUE(profile.connected) << first;
+    EXPECT_NEAR(profile.heights().surface, 4.0 + std::hypot(3.0, 1.0), 1e-5) << first;
+  }
+}
+
+TEST(SurfaceProfile, a_box_with_chamfers_stands_on_a_floor)
+{
+  for (const float size : {1e-3f, 5e-4f, 2e-4f}) {
+    MeshData mesh = strip({{0, 0}, {10, 0}});
+    append(
+        mesh,
+        strip({{6 + size, 0}, {6, size}, {6, 1}, {9, 1}, {9, size}, {9 - size, 0}, {6 + size, 0}}));
+    const SurfacePoint begin = pointAt(mesh, 1.02, 0.3);
+    const auto up = findProfile(mesh, begin, pointAt(mesh, 8.02, 0.3, 1.0));
+    EXPECT_TRUE(up.connected) << size;
+    EXPECT_NEAR(up.heights().surface, 8.0, 0.005) << size;
+    const auto over = findProfile(mesh, begin, pointAt(mesh, 9.62, 0.3));
+    EXPECT_TRUE(over.connected) << size;
+    EXPECT_NEAR(over.heights().surface, 8.6 + 2.0, 0.01) << size;
+  }
+}
+
+TEST(SurfaceProfile, a_flat_wedge_stands_on_a_floor)
+{
+  MeshData mesh = strip({{0, 0}, {10, 0}});
+  append(mesh, strip({{2, 0}, {8, 0.3f}, {8, 0}, {2, 0}}));  // 2.9 degrees
+  const SurfacePoint begin = pointAt(mesh, 1.0, 0.3);
+  const auto up = findProfile(mesh, begin, pointAt(mesh, 7.0, 0.3, 0.25));
+  EXPECT_TRUE(up.connected);
+  EXPECT_NEAR(up.heights().surface, 1.0 + std::hypot(5.0, 0.25), 1e-5);
+  const auto over = findProfile(mesh, begin, pointAt(mesh, 9.0, 0.3));
+  EXPECT_NEAR(over.heights().highest, 0.3, 1e-5);
+}
+
 TEST(SurfaceProfile, surfaces_do_not_end_where_the_line_does)
 {
   // A sheet that nowhere ends on the floor below it, half a millimeter above.
-  MeshData mesh = terrain(10, [](double, double) { return 0.0; });
+  MeshData mesh = terrain(4, [](double, double) { return 0.0; });
   addQuad(mesh, {{{-1, -1, 5e-4f}, {1, -1, 5e-4f}, {1, 1, 5e-4f}, {-1, 1, 5e-4f}}});
-  const auto profile = findProfile(mesh, pointAt(mesh, -0.5, 0.3), pointAt(mesh, 0.5, 0.3, 5e-4));
-  EXPECT_FALSE(profile.connected);
-  EXPECT_NEAR(profile.heights().highest, 5e-4, 1e-6);
+  for (const double end : {0.45, 0.5, 0.5005}) {  // at an edge, and beside it
+    const auto profile = findProfile(mesh, pointAt(mesh, -end, 0.3), pointAt(mesh, end, 0.3, 5e-4));
+    EXPECT_FALSE(profile.connected) << end;
+    EXPECT_NEAR(profile.heights().highest, 5e-4, 1e-6);
+  }
 }
 
 TEST(SurfaceProfile, stairs_of_boxes_that_stand_on_a_floor)
