@@ -101,11 +101,17 @@ void findCovered(double length, const std::vector<SectionNode>& nodes,
         return;
       }
       const SectionNode &c = nodes[other.a], &d = nodes[other.b];
+      const double to_s = c.s + share * (d.s - c.s) - middle.s;
+      const double to_z = c.z + share * (d.z - c.z) - middle.z;
+      const double ahead = look[0] * to_s + look[1] * to_z;
+      const double aside = look[1] * to_s - look[0] * to_z;
+      // As what goes on in the same direction where this one ends.
+      const bool beside = (share <= 0.0 || share >= 1.0) && std::abs(aside) > 1e-3 * TOUCHING;
       const auto look_of_other = lookOf(nodes, other);
-      const double ahead = look[0] * (c.s + share * (d.s - c.s) - middle.s) +
-                           look[1] * (c.z + share * (d.z - c.z) - middle.z);
-      segment.covered = look[0] * look_of_other[0] + look[1] * look_of_other[1] < OPPOSITE &&
-                        ahead > -0.1 * TOUCHING;
+      const double facing = look[0] * look_of_other[0] + look[1] * look_of_other[1];
+      const bool any_side = segment.two_sided || other.two_sided;
+      segment.covered = !beside && (any_side ? std::abs(facing) > -OPPOSITE : facing < OPPOSITE) &&
+                        (segment.two_sided || ahead > -0.1 * TOUCHING);
     });
   }
 }

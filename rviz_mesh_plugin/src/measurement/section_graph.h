@@ -20,14 +20,15 @@ struct SectionNode
   bool cut = false;  ///< the surface goes on beyond the line
 };
 
-/// What is cut out of a face: from a to b the front of the face is to the left, that is
-/// above where s grows.
+/// What is cut out of a face: from a to b the front of the face is to the left, that is above where
+/// s grows.
 struct SectionSegment
 {
   std::uint32_t a;
   std::uint32_t b;
-  std::uint32_t face;    ///< NONE: a joint of two surfaces
-  bool covered = false;  ///< another part lies on it
+  std::uint32_t face;      ///< NONE: a joint of two surfaces
+  bool two_sided = false;  ///< it is a sheet that has a front on either side
+  bool covered = false;    ///< another part lies on it
 };
 
 /// Which segments are at each node.

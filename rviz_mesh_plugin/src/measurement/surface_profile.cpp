@@ -11,6 +11,7 @@
 
 #include "base/vectors.h"
 #include "measurement/section_contacts.h"
+#include "measurement/section_copies.h"
 #include "measurement/section_graph.h"
 #include "measurement/section_islands.h"
 #include "threads/cancellation.h"
@@ -55,6 +56,8 @@ class Section
     }
     direction_ = {x / length_, y / length_};
     cut();
+    removeCopies(nodes_, segments_);
+    clip();
     joinAndSplit();
   }
 
@@ -139,7 +142,7 @@ class Section
           (left[a] ? begin : end) = nodeOn(nodes, a, b);
         }
       }
-      add(begin, end, face);
+      segments_.push_back({begin, end, face});
     }
   }
 
@@ -166,27 +169,29 @@ class Section
     return place.first->second;
   }
 
-  /// Between the two points alone.
-  void add(Index a, Index b, Index face)
+  /// Keeps what is between the two points.
+  void clip()
   {
-    const double sa = nodes_[a].s, sb = nodes_[b].s;
     const double low = -tolerance_, high = length_ + tolerance_;
-    if (std::max(sa, sb) < low || std::min(sa, sb) > high) {
-      return;
-    }
     const auto end = [&](Index node, const Node& one, const Node& other) {
-      const double limit = one.s < low ? 0.0 : length_;
       if (one.s >= low && one.s <= high) {
         return node;
       }
+      const double limit = one.s < low ? 0.0 : length_;
       const double share = (limit - one.s) / (other.s - one.s);
       nodes_.push_back({limit, one.z + share * (other.z - one.z), true});
       return static_cast<Index>(nodes_.size() - 1);
     };
-    const Node one = nodes_[a], other = nodes_[b];
-    a = end(a, one, other);
-    b = end(b, other, one);
-    segments_.push_back({a, b, face});
+    std::vector<Segment> kept;
+    for (Segment segment : segments_) {
+      const Node a = nodes_[segment.a], b = nodes_[segment.b];
+      if (std::max(a.s, b.s) >= low && std::min(a.s, b.s) <= high) {
+        segment.a = end(segment.a, a, b);
+        segment.b = end(segment.b, b, a);
+        kept.push_back(segment);
+      }
+    }
+    segments_ = std::move(kept);
   }
 
   struct Split
@@ -269,15 +274,14 @@ class Section
       return std::tie(a.segment, a.share) < std::tie(b.segment, b.share);
     });
     for (std::size_t i = 0; i < splits.size(); ++i) {
-      const Segment whole = segments_[splits[i].segment];
-      segments_[splits[i].segment].b = splits[i].node;
       // What is left of it, to be cut by the next one.
-      Index rest = splits[i].node;
+      Segment rest = segments_[splits[i].segment];
+      rest.a = segments_[splits[i].segment].b = splits[i].node;
       for (; i + 1 < splits.size() && splits[i + 1].segment == splits[i].segment; ++i) {
-        segments_.push_back({rest, splits[i + 1].node, whole.face});
-        rest = splits[i + 1].node;
+        segments_.push_back(rest);
+        rest.a = segments_.back().b = splits[i + 1].node;
       }
-      segments_.push_back({rest, whole.b, whole.face});
+      segments_.push_back(rest);
     }
     findCovered(length_, nodes_, segments_, cancel_);
     segments_.insert(segments_.end(), joints_.begin(), joints_.end());

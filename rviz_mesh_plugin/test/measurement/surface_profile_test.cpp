@@ -338,6 +338,48 @@ TEST(SurfaceProfile, sheets_of_two_sides_stand_on_a_floor_as_those_of_one_do)
   }
 }
 
+TEST(SurfaceProfile, the_way_leads_over_boxes_of_sheets_of_two_sides)
+{
+  MeshData floor, box;
+  addBox(floor, {0, 0, -0.3f}, {10, 6, 0});
+  addBox(box, {6, 1, 0}, {9, 5, 1});
+  for (const auto& [floor_is, box_is] : {std::pair{true, false}, {false, true}, {true, true}}) {
+    MeshData mesh = floor_is ? doubled(floor) : floor;
+    append(mesh, box_is ? doubled(box) : box);
+    // Along the line through the middle of the faces, too.
+    for (const double y : {2.96, 3.0}) {
+      const auto profile = findProfile(mesh, pointAt(mesh, 1.02, y), pointAt(mesh, 9.62, y));
+      EXPECT_TRUE(profile.connected);
+      EXPECT_NEAR(profile.heights().surface, 8.6 + 2.0, 1e-5) << floor_is << box_is << y;
+    }
+  }
+}
+
+TEST(SurfaceProfile, what_goes_on_beside_a_sheet_of_two_sides_does_not_lie_on_it)
+{
+  // A detour of 3 m over a hump, where short parts of the straight way do not count a thousandfold.
+  MeshData mesh =
+      doubled(strip({{0, 0}, {4, 0}, {4.0006f, 0}, {4.0012f, 0}, {4.0018f, 0}, {8, 0}}));
+  append(mesh, doubled(strip({{3, 0}, {4, 0.9f}, {5, 0}})));
+  const auto profile = findProfile(mesh, pointAt(mesh, 1.0, 0.3), pointAt(mesh, 7.0, 0.3));
+  EXPECT_NEAR(profile.heights().surface, 6.0, 1e-5);
+}
+
+TEST(SurfaceProfile, the_way_leads_over_boxes_with_the_same_faces_between_them)
+{
+  MeshData mesh;
+  addBox(mesh, {0, 0, -0.3f}, {10, 6, 0});
+  addBox(mesh, {6, 1, 0}, {9, 5, 0.5f});
+  MeshData upper;
+  addBox(upper, {6, 1, 0.5f}, {9, 5, 1});
+  append(mesh, without(upper, {2, 3}));
+  addQuad(mesh,
+          {{{6, 1, 0.5f}, {6, 5, 0.5f}, {9, 5, 0.5f}, {9, 1, 0.5f}}});  // the top of the lower
+  const auto profile = findProfile(mesh, pointAt(mesh, 1.02, 2.96), pointAt(mesh, 9.62, 2.96));
+  EXPECT_TRUE(profile.connected);
+  EXPECT_NEAR(profile.heights().surface, 8.6 + 2.0, 1e-5);
+}
+
 TEST(SurfaceProfile, a_face_without_area_at_an_end)
 {
   const MeshData floor = strip({{0, 0}, {10, 0}}), ramp = strip({{4, 0}, {7, 1}, {9, 1}});
