@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "measurement/union_find.h"
@@ -36,9 +37,11 @@ class Islands
   {
   }
 
-  std::vector<SectionPath> find(const std::vector<Index>& faces, bool up)
+  std::vector<SectionPath> find(const std::vector<Index>& faces,
+                                const std::array<SectionPath, 2>& followed)
   {
-    findWithin(faces, up);
+    findWithin(followed);
+    keepSurfaces(faces, followed);
     std::vector<Candidate> found = candidates();
     std::sort(found.begin(), found.end(),
               [](const auto& a, const auto& b) { return a.distance < b.distance; });
@@ -66,18 +69,39 @@ class Islands
            nodes_[node].s <= end_.s + graph_.tolerance();
   }
 
-  /// Of the connected surfaces of these faces.
-  void findWithin(const std::vector<Index>& faces, bool up)
+  double along(const SectionSegment& segment) const
   {
-    within_.assign(segments_.size(), false);
-    bool any = false;
-    for (Index i = 0; i < segments_.size(); ++i) {
-      const SectionSegment& segment = segments_[i];
-      within_[i] = segment.face != NONE && (nodes_[segment.b].s > nodes_[segment.a].s) == up &&
-                   isInside(segment.a) && isInside(segment.b);
-      any = any || within_[i];
+    return nodes_[segment.b].s - nodes_[segment.a].s;
+  }
+
+  /// What is a face in the gap, and looks to a side to which most of one of these paths looks.
+  void findWithin(const std::array<SectionPath, 2>& followed)
+  {
+    bool up = false, down = false;
+    for (const SectionPath& path : followed) {
+      double most = 0.0;
+      for (const SectionStep& step : path) {
+        if (step.segment != NONE && isFace(step.segment) && !segments_[step.segment].two_sided) {
+          most += along(segments_[step.segment]);
+        }
+      }
+      up = up || most > graph_.tolerance();
+      down = down || most < -graph_.tolerance();
     }
-    if (!any) {
+    within_.assign(segments_.size(), false);
+    for (Index i = 0; i < segments_.size(); ++i) {
+      const double s = along(segments_[i]);
+      const bool looks = up == down || segments_[i].two_sided || (up ? s > 0.0 : s < 0.0);
+      within_[i] = looks && isFace(i) && isInside(segments_[i].a) && isInside(segments_[i].b);
+    }
+  }
+
+  bool isFace(Index segment) const { return segments_[segment].face != NONE; }
+
+  /// Of what is within, that of the connected surfaces of these.
+  void keepSurfaces(const std::vector<Index>& faces, const std::array<SectionPath, 2>& followed)
+  {
+    if (std::find(within_.begin(), within_.end(), true) == within_.end()) {
       return;
     }
     const std::vector<Index> corners = joinedCorners(mesh_);
@@ -89,10 +113,19 @@ class Islands
     }
     throwIfCanceled(cancel_);
     const auto surface = [&](Index face) { return surfaces.find(corners[3 * std::size_t{face}]); };
+    std::unordered_set<Index> kept;
+    for (const Index face : faces) {
+      kept.insert(surface(face));
+    }
+    for (const SectionPath& path : followed) {
+      for (const SectionStep& step : path) {
+        if (step.segment != NONE && isFace(step.segment)) {
+          kept.insert(surface(segments_[step.segment].face));
+        }
+      }
+    }
     for (Index i = 0; i < segments_.size(); ++i) {
-      within_[i] = within_[i] && std::any_of(faces.begin(), faces.end(), [&](Index face) {
-                     return surface(face) == surface(segments_[i].face);
-                   });
+      within_[i] = within_[i] && kept.count(surface(segments_[i].face)) != 0;
     }
   }
 
@@ -147,11 +180,12 @@ class Islands
 }  // namespace
 
 std::vector<SectionPath> findIslands(const MeshData& mesh, const SectionGraph& graph,
-                                     const std::vector<std::uint32_t>& faces, bool up,
+                                     const std::vector<std::uint32_t>& faces,
+                                     const std::array<SectionPath, 2>& followed,
                                      const SectionNode& begin, const SectionNode& end,
                                      const std::atomic<bool>* cancel)
 {
-  return Islands(mesh, graph, begin, end, cancel).find(faces, up);
+  return Islands(mesh, graph, begin, end, cancel).find(faces, followed);
 }
 
 }  // namespace rviz_mesh_plugin

@@ -75,7 +75,8 @@ class Section
         return profile;
       }
     }
-    SurfaceProfile::Piece first = followed(begin_, 1.0), last = followed(end_, -1.0);
+    const std::array<SectionPath, 2> followed{follow(begin_, 1.0), follow(end_, -1.0)};
+    SurfaceProfile::Piece first = pieceOf(followed[0]), last = pieceOf(followed[1]);
     std::reverse(last.begin(), last.end());
     if (!first.empty() && !last.empty() && first.back().distance > last.front().distance) {
       // One above the other: from where the first has ended; where it has not, as a floor below a
@@ -95,7 +96,7 @@ class Section
         last.empty() ? Node{length_, to_.position[2]} : Node{last.front().distance, last.front().z};
     if (gap_end.s - gap_begin.s > TOUCHING) {
       for (const auto& path :
-           findIslands(mesh_, graph_, faces_, up_, gap_begin, gap_end, cancel_)) {
+           findIslands(mesh_, graph_, faces_, followed, gap_begin, gap_end, cancel_)) {
         pieces.push_back(pieceOf(path));
       }
     }
@@ -261,7 +262,6 @@ class Section
     if (best.segment == NONE) {
       return NONE;
     }
-    up_ = nodes_[segments_[best.segment].b].s > nodes_[segments_[best.segment].a].s;
     faces_.push_back(segments_[best.segment].face);
     nodes_.push_back(point);
     splits.push_back(best);
@@ -302,13 +302,13 @@ class Section
     return piece;
   }
 
-  SurfaceProfile::Piece followed(Index start, double sign) const
+  SectionPath follow(Index start, double sign) const
   {
     if (start == NONE) {
       return {};
     }
     const auto search = graph_.search(start);
-    return pieceOf(graph_.pathTo(search, graph_.farthest(search, sign)));
+    return graph_.pathTo(search, graph_.farthest(search, sign));
   }
 
   /// What of a piece is behind this place for good: overhangs may lead back before it.
@@ -354,7 +354,6 @@ class Section
   Index begin_ = NONE;  ///< nodes of the two points
   Index end_ = NONE;
   std::vector<Index> faces_;  ///< of the two points
-  bool up_ = true;            ///< of their face
   SectionGraph graph_;        ///< of these, once it is complete
 };
 

@@ -210,6 +210,59 @@ TEST(SurfaceProfile, what_lies_in_a_gap_looks_to_the_same_side)
   }
 }
 
+namespace {
+
+/// A floor from x = 0 to 10 with two holes from 2 to 3 and 4 to 5 in the way of a line along
+/// y = 0.3, and what lies between these; beside the line it is one surface.
+MeshData floorWithHoles(float step)
+{
+  MeshData mesh;
+  for (const auto& [a, b] : std::vector<std::pair<float, float>>{
+           {0, 2}, {2, 3}, {3, 3.5f}, {3.5f, 4}, {4, 5}, {5, 10}}) {
+    addQuad(mesh, {{{a, 1, 0}, {b, 1, 0}, {b, 2, 0}, {a, 2, 0}}});
+    if (a != 2 && a != 4) {
+      const float z = a == 3.5f ? step : 0;
+      addQuad(mesh, {{{a, -1, z}, {b, -1, z}, {b, 1, z}, {a, 1, z}}});
+    }
+  }
+  return mesh;
+}
+
+void expectGaps(const SurfaceProfile& profile, const std::vector<std::pair<double, double>>& gaps)
+{
+  ASSERT_EQ(profile.gaps().size(), gaps.size());
+  for (std::size_t i = 0; i < gaps.size(); ++i) {
+    EXPECT_NEAR(profile.gaps()[i].begin, gaps[i].first, 1e-5) << i;
+    EXPECT_NEAR(profile.gaps()[i].end, gaps[i].second, 1e-5) << i;
+  }
+}
+
+}  // namespace
+
+TEST(SurfaceProfile, what_lies_between_gaps_does_not_depend_on_the_faces_of_the_points)
+{
+  for (const std::string points : {"floor", "turned", "wall", "walls"}) {
+    SCOPED_TRACE(points);
+    MeshData mesh = floorWithHoles(0);
+    SurfacePoint begin = pointAt(mesh, 0.5, 0.3), end = pointAt(mesh, 9.5, 0.3);
+    if (points == "turned") {
+      std::swap(mesh.indices[3 * end.face], mesh.indices[3 * end.face + 1]);
+    } else if (points == "wall") {
+      end = {static_cast<std::uint32_t>(mesh.faceCount()), {10.0, 0.3, 1.5}};
+      addQuad(mesh, {{{10, -1, 0}, {10, -1, 2}, {10, 1, 2}, {10, 1, 0}}});
+    } else if (points == "walls") {  // that only touch the floor
+      begin = {static_cast<std::uint32_t>(mesh.faceCount()), {0.5, 0.3, 1.5}};
+      addQuad(mesh, {{{0.5f, 0, 0}, {0.5f, 0, 2}, {0.5f, 1, 2}, {0.5f, 1, 0}}});
+      end = {static_cast<std::uint32_t>(mesh.faceCount()), {9.5, 0.3, 1.5}};
+      addQuad(mesh, {{{9.5f, 0, 0}, {9.5f, 0, 2}, {9.5f, 1, 2}, {9.5f, 1, 0}}});
+    }
+    const double length = end.position[0] - 0.5;
+    expectGaps(findProfile(mesh, begin, end), {{1.5, 2.5}, {3.5, 4.5}});
+    expectGaps(findProfile(mesh, end, begin),
+               {{length - 4.5, length - 3.5}, {length - 2.5, length - 1.5}});
+  }
+}
+
 TEST(SurfaceProfile, another_storey_is_not_the_profile)
 {
   MeshData mesh = terrain(10, [](double x, double) { return 0.1 * x; });
