@@ -48,7 +48,8 @@ class Islands
     std::vector<SectionPath> paths;
     for (Candidate& candidate : found) {
       const bool free = std::all_of(paths.begin(), paths.end(), [&](const SectionPath& other) {
-        return last(candidate.path) <= first(other) || first(candidate.path) >= last(other);
+        return last(candidate.path) <= first(other) + TOUCHING ||
+               first(candidate.path) >= last(other) - TOUCHING;
       });
       if (free) {
         paths.push_back(std::move(candidate.path));
@@ -56,7 +57,7 @@ class Islands
     }
     std::sort(paths.begin(), paths.end(),
               [&](const auto& a, const auto& b) { return first(a) < first(b); });
-    return paths;
+    return joined(paths);
   }
 
  private:
@@ -127,6 +128,32 @@ class Islands
     for (Index i = 0; i < segments_.size(); ++i) {
       within_[i] = within_[i] && kept.count(surface(segments_[i].face)) != 0;
     }
+  }
+
+  /// Two of them are one where what is upright, or touches, leads from the end of the first to the
+  /// begin of the second: risers look to neither side.
+  std::vector<SectionPath> joined(std::vector<SectionPath>& paths) const
+  {
+    std::vector<SectionPath> joined;
+    for (SectionPath& path : paths) {
+      throwIfCanceled(cancel_);
+      if (!joined.empty() && first(path) - last(joined.back()) <= TOUCHING) {
+        SectionPath& before = joined.back();
+        const double at = last(before);
+        const auto search = graph_.search(before.back().node, [&](Index i, double) {
+          return std::abs(nodes_[segments_[i].a].s - at) <= TOUCHING &&
+                 std::abs(nodes_[segments_[i].b].s - at) <= TOUCHING;
+        });
+        if (search.reaches(path.front().node)) {
+          const SectionPath riser = graph_.pathTo(search, path.front().node);
+          before.insert(before.end(), riser.begin() + 1, riser.end());
+          before.insert(before.end(), path.begin() + 1, path.end());
+          continue;
+        }
+      }
+      joined.push_back(std::move(path));
+    }
+    return joined;
   }
 
   /// One for each connected part that is within.

@@ -367,7 +367,7 @@ std::vector<SurfaceProfile::Gap> SurfaceProfile::gaps() const
     const Point& begin = pieces[i].front();
     const double step = i > 0 ? begin.z - pieces[i - 1].back().z : 0.0;
     if (begin.distance > known + TOUCHING || std::abs(step) > TOUCHING) {
-      gaps.push_back({known, begin.distance, step});
+      gaps.push_back({known, std::max(known, begin.distance), step});
     }
     known = pieces[i].back().distance;
   }

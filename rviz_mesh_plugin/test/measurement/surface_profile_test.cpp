@@ -263,6 +263,41 @@ TEST(SurfaceProfile, what_lies_between_gaps_does_not_depend_on_the_faces_of_the_
   }
 }
 
+TEST(SurfaceProfile, what_lies_between_gaps_has_its_risers)
+{
+  for (const std::string riser : {"whole", "other edges", "leaning"}) {
+    SCOPED_TRACE(riser);
+    MeshData mesh = floorWithHoles(0.2f);
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const std::array<float, 3>& place : std::vector<std::array<float, 3>>{
+             {3.5f, -1, 0}, {3.5f, 1, 0}, {3.5f, 1, 0.2f}, {3.5f, -1, 0.2f}}) {
+      mesh.vertices.push_back({place, {}});
+    }
+    mesh.indices.insert(mesh.indices.end(), {first, first + 2, first + 1});
+    mesh.indices.insert(mesh.indices.end(), {first, first + 3, first + 2});
+    if (riser == "other edges") {  // than those of the step
+      mesh.vertices[first + 3].position[1] = -0.7f;
+    } else if (riser == "leaning") {  // by the last digits, as where a model has been turned
+      for (auto& vertex : mesh.vertices) {
+        vertex.position[0] -=
+            vertex.position == std::array<float, 3>{3.5f, vertex.position[1], 0.2f} ? 1e-6f : 0;
+      }
+    }
+    const SurfacePoint begin = pointAt(mesh, 0.5, 0.23), end = pointAt(mesh, 9.5, 0.37);
+    for (const bool swapped : {false, true}) {
+      const auto profile = swapped ? findProfile(mesh, end, begin) : findProfile(mesh, begin, end);
+      const double stretch = profile.length / 9.0;
+      if (swapped) {
+        expectGaps(profile, {{4.5 * stretch, 5.5 * stretch}, {6.5 * stretch, 7.5 * stretch}});
+      } else {
+        expectGaps(profile, {{1.5 * stretch, 2.5 * stretch}, {3.5 * stretch, 4.5 * stretch}});
+      }
+      EXPECT_NEAR(swapped ? profile.heights().descent : profile.heights().ascent, 0.2, 1e-5);
+      expectOnMesh(mesh, profile);
+    }
+  }
+}
+
 TEST(SurfaceProfile, another_storey_is_not_the_profile)
 {
   MeshData mesh = terrain(10, [](double x, double) { return 0.1 * x; });
