@@ -49,6 +49,7 @@ struct MeshData : Bounds
   std::string frame_id;
   std::vector<MeshVertex> vertices;
   std::vector<std::uint32_t> indices;  ///< three per face
+  std::uint64_t geometry_hash = 0;     ///< of vertices and faces, see GeometryIdentity
   bool normals_given = false;          ///< false: computed from the faces
   std::string remark;  ///< why it is not seen as it is, see findRemark(); else empty
 

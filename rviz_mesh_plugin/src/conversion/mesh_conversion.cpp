@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/geometry_identity.h"
 #include "base/vectors.h"
 #include "conversion/geometry_remark.h"
 #include "conversion/validation.h"
@@ -60,11 +61,13 @@ struct Survey
 {
   bool valid = true;
   Bounds bounds = Bounds::none();
+  std::uint64_t hash = 0;  ///< of the geometry
 
   void add(const Survey& other)
   {
     valid = valid && other.valid;
     bounds.enclose(other.bounds);
+    hash += other.hash;
   }
 };
 
@@ -102,6 +105,7 @@ Survey convertNumbers(const mesh_msgs::MeshGeometry& geometry, MeshData& mesh)
         to[i].position = toFloats(from[i]);
         part.valid = part.valid && isFiniteVector(to[i].position);
         part.bounds.enclose(to[i].position);
+        part.hash += vertexHash(i, to[i].position);
         if (normals != nullptr) {
           part.valid = part.valid && isFiniteVector(toFloats(normals[i]));
           to[i].normal = toUnit(normals[i]);
@@ -113,6 +117,7 @@ Survey convertNumbers(const mesh_msgs::MeshGeometry& geometry, MeshData& mesh)
         const auto& corners = from[i].vertex_indices;
         part.valid = part.valid && corners[0] < count && corners[1] < count && corners[2] < count;
         std::copy(corners.begin(), corners.end(), to + 3 * i);
+        part.hash += faceHash(i, to + 3 * i);
       }));
   return survey;
 }
@@ -185,6 +190,7 @@ MeshDataConstPtr convert(const mesh_msgs::MeshGeometryStamped& message)
     throw std::logic_error("a mesh that breaks no rule has been found invalid");
   }
   setBounds(*mesh, survey.bounds);
+  mesh->geometry_hash = survey.hash;
   if (!mesh->normals_given) {
     computeNormals(*mesh);
   }

@@ -4,8 +4,6 @@
 #include <exception>
 #include <map>
 
-#include "base/vectors.h"
-
 namespace rviz_mesh_plugin {
 
 MeasurementList::MeasurementList(std::function<void()> changed) : changed_(std::move(changed)) {}
@@ -22,7 +20,7 @@ std::uint32_t MeasurementList::add(MeasurementKind kind, const MeshDataConstPtr&
   measurement.display = display;
   measurement.points = points;
   measurement.mesh = mesh;
-  identities_.push_back(identityOf(*mesh, points));
+  identities_.push_back(identityOf(*mesh));
   all_.push_back(std::move(measurement));
   ++last_number_;
   startNext();
@@ -63,18 +61,6 @@ const Measurement* MeasurementList::find(std::uint32_t number) const
   return found == all_.end() ? nullptr : &*found;
 }
 
-MeasurementList::Identity MeasurementList::identityOf(const MeshData& mesh,
-                                                      const std::vector<SurfacePoint>& points)
-{
-  Identity identity{mesh.vertexCount(), mesh.faceCount(), {mesh.lower, mesh.upper}};
-  for (const SurfacePoint& point : points) {
-    for (unsigned corner = 0; corner < 3; ++corner) {
-      identity.places.push_back(cornerOf(mesh, point.face, corner));
-    }
-  }
-  return identity;
-}
-
 /// @return whether it has changed
 bool MeasurementList::follow(std::size_t i, const std::vector<MeshDataConstPtr>& meshes)
 {
@@ -84,10 +70,8 @@ bool MeasurementList::follow(std::size_t i, const std::vector<MeshDataConstPtr>&
   if (there && !measurement.stale) {
     return false;
   }
-  const Identity& identity = identities_[i];
   for (const MeshDataConstPtr& mesh : meshes) {
-    if (mesh->vertexCount() == identity.vertex_count && mesh->faceCount() == identity.face_count &&
-        identityOf(*mesh, measurement.points).places == identity.places) {
+    if (identityOf(*mesh) == identities_[i]) {
       measurement.mesh = mesh;
       measurement.stale = false;
       return true;

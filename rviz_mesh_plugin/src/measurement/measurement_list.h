@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/geometry_identity.h"
 #include "measurement/measurement.h"
 #include "threads/background_task.h"
 
@@ -40,27 +41,19 @@ class MeasurementList
   std::thread::id measuredBy() const { return measured_by_; }
 
  private:
-  /// What tells whether a mesh is the one that was measured.
-  struct Identity
-  {
-    std::size_t vertex_count;
-    std::size_t face_count;
-    std::vector<std::array<float, 3>> places;  ///< bounds, and corners of the faces of the points
-  };
   struct Outcome
   {
     MeasuredSurface surface;
     std::thread::id thread;
   };
 
-  static Identity identityOf(const MeshData& mesh, const std::vector<SurfacePoint>& points);
   bool follow(std::size_t i, const std::vector<MeshDataConstPtr>& meshes);
   bool takeResult();
   bool startNext();
 
   std::function<void()> changed_;
   std::vector<Measurement> all_;
-  std::vector<Identity> identities_;  ///< as many
+  std::vector<GeometryIdentity> identities_;  ///< as many: of their meshes
   std::uint32_t last_number_ = 0;
   std::uint32_t measured_ = 0;  ///< the one that is being measured; 0: none
   BackgroundTask<Outcome> task_{"measurements"};

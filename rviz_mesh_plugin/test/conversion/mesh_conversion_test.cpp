@@ -8,11 +8,13 @@
 
 #include <gtest/gtest.h>
 
+#include "base/geometry_identity.h"
 #include "conversion/mesh_conversion.h"
 #include "conversion/validation.h"
 #include "support/meshes.h"
 
 using rviz_mesh_plugin::convert;
+using rviz_mesh_plugin::identityOf;
 using rviz_mesh_plugin::RejectedMessage;
 using Vector = std::array<float, 3>;
 
@@ -80,6 +82,36 @@ TEST(Conversion, tells_a_mesh_that_a_message_has_been_converted_to)
   EXPECT_TRUE(differs([](auto& m) { m.mesh_geometry.vertex_normals.pop_back(); }));
   EXPECT_TRUE(differs([](auto& m) { m.mesh_geometry.vertex_normals.back().y = 3.0; }));
   EXPECT_FALSE(differs([](auto& m) { m.header.seq = 7; }));
+}
+
+TEST(Conversion, tells_a_geometry_from_all_others)
+{
+  const auto message = test_meshes::terrain(300, [](double x, double y) { return x * y; });
+  const auto identity = identityOf(*convert(message));
+  const auto same = [&](const std::function<void(mesh_msgs::MeshGeometryStamped&)>& change) {
+    auto changed = message;
+    change(changed);
+    return identityOf(*convert(changed)) == identity;
+  };
+  EXPECT_TRUE(same([](auto& m) { m.mesh_geometry.vertex_normals.resize(301 * 301); }));
+  EXPECT_TRUE(same([](auto& m) { m.mesh_geometry.vertices[0].z += 1e-12; })) << "the same float";
+  EXPECT_TRUE(same([](auto& m) { m.mesh_geometry.vertices[150].z = 0.0; }) ==
+              same([](auto& m) { m.mesh_geometry.vertices[150].z = -0.0; }));
+  EXPECT_FALSE(same([](auto& m) { m.uuid = "other"; }));
+  EXPECT_FALSE(same(
+      [](auto& m) { std::swap(m.mesh_geometry.vertices[7], m.mesh_geometry.vertices[70000]); }));
+  EXPECT_FALSE(same([](auto& m) {
+    std::swap(m.mesh_geometry.faces[7], m.mesh_geometry.faces[70000]);
+  })) << "other numbers";
+  EXPECT_FALSE(same([](auto& m) {
+    auto& corners = m.mesh_geometry.faces[70000].vertex_indices;
+    std::rotate(corners.begin(), corners.begin() + 1, corners.end());
+  }));
+  for (const std::size_t i : {0, 30000, 90600}) {
+    EXPECT_FALSE(same([i](auto& m) { m.mesh_geometry.vertices[i].x += 1e-3; })) << i;
+    EXPECT_FALSE(same([i](auto& m) { m.mesh_geometry.vertices[i].z += 1e-3; })) << i;
+    EXPECT_FALSE(same([i](auto& m) { m.mesh_geometry.faces[i].vertex_indices[2] ^= 1; })) << i;
+  }
 }
 
 TEST(Conversion, weights_normals_by_the_area_of_the_faces)

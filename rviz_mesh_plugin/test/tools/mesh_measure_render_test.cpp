@@ -310,6 +310,13 @@ TEST_F(MeshMeasureTest, costs_leave_them_and_another_mesh_makes_them_stale)
   EXPECT_TRUE(all()[0].stale);
   ASSERT_TRUE(show(display, fold()));
   ASSERT_TRUE(spinUntil([&] { return !all()[0].stale; }));
+  // With another height between the points, and nowhere else.
+  auto hump = fold();
+  hump.mesh_geometry.vertices[10 * 21 + 11].z += 0.02;
+  ASSERT_TRUE(show(display, hump));
+  ASSERT_TRUE(spinUntil([&] { return all()[0].stale; }));
+  ASSERT_TRUE(show(display, fold()));
+  ASSERT_TRUE(spinUntil([&] { return !all()[0].stale; }));
   EXPECT_EQ(all()[0].state, Measurement::DONE);
   delete display;
   ASSERT_TRUE(spinUntil([&] { return all()[0].stale; }));

@@ -5,6 +5,7 @@
 
 #include <OgreSceneManager.h>
 
+#include "base/geometry_identity.h"
 #include "selection/selection_regions.h"
 
 namespace rviz_mesh_plugin {
@@ -12,16 +13,6 @@ namespace {
 
 /// Faces whose areas are added up at once.
 constexpr std::size_t COUNT_SLICE = 50000;
-
-/// The same faces by number, in the same places.
-bool sameGeometry(const MeshData& a, const MeshData& b)
-{
-  return &a == &b || (a.uuid == b.uuid && a.indices == b.indices &&
-                      std::equal(a.vertices.begin(), a.vertices.end(), b.vertices.begin(),
-                                 b.vertices.end(), [](const MeshVertex& v, const MeshVertex& w) {
-                                   return v.position == w.position;
-                                 }));
-}
 
 }  // namespace
 
@@ -76,7 +67,7 @@ void SelectionSession::setAside()
 
 bool SelectionSession::isAwaited(const MeshData& mesh) const
 {
-  return awaited_ && sameGeometry(mesh, *awaited_);
+  return awaited_ && identityOf(mesh) == identityOf(*awaited_);
 }
 
 void SelectionSession::forgetAwaited()
