@@ -28,6 +28,9 @@ const double STEEP_OUTLINE = std::cos(M_PI / 3.0);
 const double WALL = std::sin(5.0 * M_PI / 180.0);
 const double TURNED_OVER = -std::sin(M_PI / 180.0);
 
+/// So far beside an outline faces are looked at, in meters: points on walls are rounded.
+constexpr double BESIDE = 1e-3;
+
 /// Faces lie in the same direction from an edge up to this angle between them, in radians.
 constexpr double SAME_ANGLE = 1e-3;
 
@@ -115,9 +118,10 @@ class Outline
 
   double area() const { return std::abs(area_); }
 
-  bool boxMeets(const Vector2d& low, const Vector2d& high) const
+  bool isNear(const Vector2d& low, const Vector2d& high) const
   {
-    return (low.array() <= high_.array()).all() && (high.array() >= low_.array()).all();
+    return (low.array() <= high_.array() + BESIDE).all() &&
+           (high.array() >= low_.array() - BESIDE).all();
   }
 
   bool contains(const Vector2d& point) const
@@ -277,8 +281,8 @@ class View
       }
       const Vector3d a = seen(cornerOf(mesh_, face, 0)), b = seen(cornerOf(mesh_, face, 1)),
                      c = seen(cornerOf(mesh_, face, 2));
-      if (!outline.boxMeets(a.cwiseMin(b).cwiseMin(c).head<2>(),
-                            a.cwiseMax(b).cwiseMax(c).head<2>())) {
+      if (!outline.isNear(a.cwiseMin(b).cwiseMin(c).head<2>(),
+                          a.cwiseMax(b).cwiseMax(c).head<2>())) {
         continue;
       }
       faces_.push_back(face);
@@ -315,7 +319,9 @@ class View
     rows_ = mesh_map::edgeFaces(topology_.face_edges, topology_.edgeCount());
     throwIfCanceled(cancel_);
     sides_.assign(faces_.size(), 0);
-    const std::vector<std::uint32_t> seeds = findSeeds();
+    const auto [level, upright] = findSeeds();
+    // Walls only where there is nothing else, since they look to neither side.
+    const std::vector<std::uint32_t>& seeds = level.empty() ? upright : level;
     int fronts = 0;
     for (const std::uint32_t seed : seeds) {
       fronts += facing(seed) >= 0.0 ? 1 : -1;
@@ -329,6 +335,39 @@ class View
         visit(seed, outline);
       }
     }
+    area_.connected =
+        area_.connected && std::all_of(upright.begin(), upright.end(),
+                                       [&](std::uint32_t face) { return leadsToMeasured(face); });
+  }
+
+  /// Over other walls, also where these are beside the outline by the last digits.
+  bool leadsToMeasured(std::uint32_t wall) const
+  {
+    std::vector<bool> found(faces_.size(), false);
+    std::vector<std::uint32_t> queue{wall};
+    found[wall] = true;
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      const std::uint32_t face = queue[next];
+      if (sides_[face] != 0) {
+        return true;
+      }
+      if (!isWall(face)) {
+        continue;
+      }
+      for (std::size_t side = 0; side < 3; ++side) {
+        const std::uint32_t edge = topology_.face_edges[3 * std::size_t{face} + side];
+        if (edge == mesh_map::NO_INDEX) {
+          continue;
+        }
+        for (std::uint32_t i = rows_.offsets[edge]; i < rows_.offsets[edge + 1]; ++i) {
+          if (!found[rows_.faces[i]]) {
+            found[rows_.faces[i]] = true;
+            queue.push_back(rows_.faces[i]);
+          }
+        }
+      }
+    }
+    return false;
   }
 
   /// Of faces in the same three places all but the first.
@@ -354,18 +393,23 @@ class View
     return first;
   }
 
-  /// Faces of the corners; walls only where there are no others, since they look to neither side.
-  std::vector<std::uint32_t> findSeeds() const
+  /// Faces of the corners: walls, and others.
+  struct Seeds
   {
-    std::vector<std::uint32_t> level, steep;
+    std::vector<std::uint32_t> level;
+    std::vector<std::uint32_t> upright;
+  };
+  Seeds findSeeds() const
+  {
+    Seeds seeds;
     for (const SurfacePoint& corner : corners_) {
       const auto found = std::lower_bound(faces_.begin(), faces_.end(), corner.face);
       if (found != faces_.end() && *found == corner.face) {
         const std::uint32_t face = firstCopy(static_cast<std::uint32_t>(found - faces_.begin()));
-        (isWall(face) ? steep : level).push_back(face);
+        (isWall(face) ? seeds.upright : seeds.level).push_back(face);
       }
     }
-    return level.empty() ? steep : level;
+    return seeds;
   }
 
   bool isWall(std::uint32_t face) const { return std::abs(facing(face)) < WALL; }

@@ -230,6 +230,30 @@ TEST(SurfaceArea, corners_on_surfaces_that_are_not_connected)
   EXPECT_NEAR(area.uncovered, 0.5, 1e-6);
 }
 
+TEST(SurfaceArea, a_corner_on_a_wall_that_stands_unconnected_on_the_floor)
+{
+  for (const bool connected : {true, false}) {
+    MeshData mesh = terrain(4, [](double, double) { return 0.0; });
+    const float aside = connected ? 0.0f : 0.1f;
+    const auto wall = static_cast<std::uint32_t>(mesh.faceCount() + 5);  // in its upper half
+    for (const auto& [low, high] : {std::pair{0.0f, 1.0f}, {1.0f, 2.0f}}) {
+      for (const float y : {0.0f, 0.5f}) {
+        addQuad(mesh, {{{0.5f, y - aside, low},
+                        {0.5f, y + 0.5f - aside, low},
+                        {0.5f, y + 0.5f - aside, high},
+                        {0.5f, y - aside, high}}});
+      }
+    }
+    for (const double rounded : {-1e-7, 0.0, 1e-7}) {
+      std::vector<SurfacePoint> corners = on(mesh, {{-0.7, -0.7}, {0.3, -0.7}, {-0.7, 0.2}});
+      corners.insert(corners.begin() + 2, {wall, {0.5 + rounded, 0.2, 1.7}});
+      const SurfaceArea area = findArea(mesh, corners);
+      EXPECT_EQ(area.connected, connected) << rounded;
+      EXPECT_NEAR(area.surface, area.plan, 1e-6);
+    }
+  }
+}
+
 TEST(SurfaceArea, on_a_wall)
 {
   MeshData mesh;
