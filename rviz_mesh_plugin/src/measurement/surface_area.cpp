@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
@@ -303,12 +304,25 @@ class View
             seen(cornerOf(near_, face, 2))};
   }
 
-  /// Cosine between its normal and the direction of view.
+  /// Cosine between its normal and the direction of view; 0 where rounding may have turned it.
   double facing(std::uint32_t face) const
   {
     const Vector3d normal = normalOf(near_, face);
-    const double length = normal.norm();
-    return length > 0.0 ? axes_.row(2).dot(normal) / length : 0.0;
+    return isThin(face) ? 0.0 : axes_.row(2).dot(normal) / normal.norm();
+  }
+
+  /// Whether a corner is in the opposite edge as far as its coordinates can tell: modelers close
+  /// gaps so, where one edge meets several, and rounding may turn such a face over.
+  bool isThin(std::uint32_t face) const
+  {
+    double longest = 0.0, greatest = 0.0;
+    for (unsigned side = 0; side < 3; ++side) {
+      const Vector3d a = vectorOf(cornerOf(near_, face, side));
+      const Vector3d b = vectorOf(cornerOf(near_, face, (side + 1) % 3));
+      longest = std::max(longest, (b - a).norm());
+      greatest = std::max(greatest, a.cwiseAbs().maxCoeff());
+    }
+    return normalOf(near_, face).norm() <= 2.0 * FLT_EPSILON * greatest * longest;
   }
 
   void flood(const Outline& outline)
@@ -556,7 +570,7 @@ class View
     } else if (outline.contains(polygon[0].head<2>())) {
       found = 0.5 * areas(polygon);
     }
-    (isWall(face) ? area_.walls : area_.surface) += found[0];
+    (isWall(face) && !isThin(face) ? area_.walls : area_.surface) += found[0];
     covered_ += found[1];
     return cut;
   }

@@ -390,6 +390,30 @@ TEST(SurfaceArea, faces_in_the_same_places_count_once)
   }
 }
 
+TEST(SurfaceArea, thin_faces_that_rounding_has_turned_over_do_not_stop_it)
+{
+  // Between coarse floors a finer one, with a face at each side whose third corner is in the edge.
+  const float one = std::nextafter(1.0f, 0.0f), two = std::nextafter(2.0f, 3.0f);
+  MeshData mesh;
+  addQuad(mesh, {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}});
+  addQuad(mesh, {{{2, 0, 0}, {3, 0, 0}, {3, 1, 0}, {2, 1, 0}}});
+  const std::array<std::array<float, 3>, 6> places{
+      {{1, 0, 0}, {one, 0.5f, 0}, {1, 1, 0}, {2, 1, 0}, {two, 0.5f, 0}, {2, 0, 0}}};
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const auto& place : places) {
+    mesh.vertices.push_back({place, {}});
+  }
+  for (const std::uint32_t corner : {0, 1, 2, 5, 3, 4, 0, 5, 1, 5, 4, 1, 4, 3, 1, 3, 2, 1}) {
+    mesh.indices.push_back(first + corner);
+  }
+  const Plan plan{{0.5, 0.25}, {2.5, 0.25}, {2.5, 0.75}, {0.5, 0.75}};
+  const SurfaceArea area = findArea(mesh, on(mesh, plan));
+  EXPECT_NEAR(area.surface, 1.0, 1e-6);
+  EXPECT_EQ(area.walls, 0.0);
+  EXPECT_NEAR(area.uncovered, 0.0, 1e-6);
+  EXPECT_TRUE(area.connected);
+}
+
 TEST(SurfaceArea, of_storeys_of_a_building)
 {
   const MeshData mesh = world("building");
