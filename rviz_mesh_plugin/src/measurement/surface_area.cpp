@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "base/vectors.h"
+#include "measurement/outline.h"
 #include "selection/face_neighbors.h"
 #include "threads/cancellation.h"
 
@@ -29,192 +30,10 @@ const double STEEP_OUTLINE = std::cos(M_PI / 3.0);
 const double WALL = std::sin(5.0 * M_PI / 180.0);
 const double TURNED_OVER = -std::sin(M_PI / 180.0);
 
-/// So far beside an outline faces are looked at, in meters: points on walls are rounded.
-constexpr double BESIDE = 1e-3;
-
 /// Faces lie in the same direction from an edge up to this angle between them, in radians.
 constexpr double SAME_ANGLE = 1e-3;
 
-double cross(const Vector2d& a, const Vector2d& b)
-{
-  return a[0] * b[1] - a[1] * b[0];
-}
-
-/// To the left of the line from a to b; of each point not on it exactly one of this and the line
-/// from b to a is true, and of those on it, too.
-double leftOf(const Vector2d& a, const Vector2d& b, const Vector2d& point)
-{
-  const bool forward = a[0] != b[0] ? a[0] < b[0] : a[1] < b[1];
-  return forward ? cross(b - a, point - a) : -cross(a - b, point - b);
-}
-
-bool isLeft(const Vector2d& a, const Vector2d& b, double left)
-{
-  const bool forward = a[0] != b[0] ? a[0] < b[0] : a[1] < b[1];
-  return forward ? left >= 0.0 : left > 0.0;
-}
-
 using Polygon = std::vector<Vector3d>;
-
-/// What of it is to the left of a line in its first two coordinates (Sutherland and Hodgman, 1974).
-void clip(Polygon& polygon, const Vector2d& a, const Vector2d& b)
-{
-  Polygon kept;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector3d& one = polygon[i];
-    const Vector3d& next = polygon[(i + 1) % polygon.size()];
-    const double d = leftOf(a, b, one.head<2>()), e = leftOf(a, b, next.head<2>());
-    if (isLeft(a, b, d)) {
-      kept.push_back(one);
-    }
-    if (isLeft(a, b, d) != isLeft(a, b, e)) {
-      kept.push_back(one + d / (d - e) * (next - one));
-    }
-  }
-  polygon = std::move(kept);
-}
-
-/// Twice its area, and twice that in its first two coordinates.
-Vector2d areas(const Polygon& polygon)
-{
-  Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = 2; i < polygon.size(); ++i) {
-    sum += (polygon[i - 1] - polygon[0]).cross(polygon[i] - polygon[0]);
-  }
-  return {sum.norm(), std::abs(sum[2])};
-}
-
-bool segmentsMeet(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d)
-{
-  const auto within = [](const Vector2d& p, const Vector2d& q, const Vector2d& x) {
-    return (x.array() >= p.array().min(q.array())).all() &&
-           (x.array() <= p.array().max(q.array())).all();
-  };
-  const double ac = cross(b - a, c - a), ad = cross(b - a, d - a);
-  const double ca = cross(d - c, a - c), cb = cross(d - c, b - c);
-  if (((ac > 0.0) != (ad > 0.0)) && ((ca > 0.0) != (cb > 0.0)) && ac != 0.0 && ad != 0.0 &&
-      ca != 0.0 && cb != 0.0) {
-    return true;
-  }
-  return (ac == 0.0 && within(a, b, c)) || (ad == 0.0 && within(a, b, d)) ||
-         (ca == 0.0 && within(c, d, a)) || (cb == 0.0 && within(c, d, b));
-}
-
-/// A polygon in the plane.
-class Outline
-{
- public:
-  explicit Outline(std::vector<Vector2d> corners) : corners_(std::move(corners))
-  {
-    low_ = high_ = corners_[0];
-    for (const Vector2d& corner : corners_) {
-      low_ = low_.cwiseMin(corner);
-      high_ = high_.cwiseMax(corner);
-    }
-    for (std::size_t i = 1; i + 1 < corners_.size(); ++i) {
-      area_ += 0.5 * cross(corners_[i] - corners_[0], corners_[i + 1] - corners_[0]);
-    }
-    refuse();
-  }
-
-  double area() const { return std::abs(area_); }
-
-  bool isNear(const Vector2d& low, const Vector2d& high) const
-  {
-    return (low.array() <= high_.array() + BESIDE).all() &&
-           (high.array() >= low_.array() - BESIDE).all();
-  }
-
-  bool contains(const Vector2d& point) const
-  {
-    bool inside = false;
-    visitSides([&](const Vector2d& a, const Vector2d& b) {
-      if ((a[1] > point[1]) != (b[1] > point[1]) &&
-          point[0] < a[0] + (point[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])) {
-        inside = !inside;
-      }
-    });
-    return inside;
-  }
-
-  /// Whether one of its sides goes through a box.
-  bool cuts(const Vector2d& low, const Vector2d& high) const
-  {
-    bool found = false;
-    visitSides([&](const Vector2d& a, const Vector2d& b) {
-      if (found || (a.cwiseMax(b).array() < low.array()).any() ||
-          (a.cwiseMin(b).array() > high.array()).any()) {
-        return;
-      }
-      const Vector2d half = 0.5 * (high - low), normal(b[1] - a[1], a[0] - b[0]);
-      const double distance = std::abs(normal.dot(0.5 * (low + high) - a));
-      found = distance <= normal.cwiseAbs().dot(half);
-    });
-    return found;
-  }
-
-  bool meets(const Vector2d& a, const Vector2d& b) const
-  {
-    bool found = contains(a) || contains(b);
-    visitSides(
-        [&](const Vector2d& c, const Vector2d& d) { found = found || segmentsMeet(a, b, c, d); });
-    return found;
-  }
-
-  /// Of a face, what is within: its area, and that in the plane. The outline is the sum of the
-  /// triangles of its sides with the first corner, with their signs.
-  Vector2d within(const Polygon& face) const
-  {
-    Vector2d sum = Vector2d::Zero();
-    for (std::size_t i = 1; i + 1 < corners_.size(); ++i) {
-      const Vector2d& a = corners_[0];
-      const double turn = cross(corners_[i] - a, corners_[i + 1] - a);
-      if (turn == 0.0) {
-        continue;
-      }
-      const Vector2d& b = turn > 0.0 ? corners_[i] : corners_[i + 1];
-      const Vector2d& c = turn > 0.0 ? corners_[i + 1] : corners_[i];
-      Polygon part = face;
-      clip(part, a, b);
-      clip(part, b, c);
-      clip(part, c, a);
-      sum += (turn > 0.0 ? 0.5 : -0.5) * areas(part);
-    }
-    return area_ > 0.0 ? sum : Vector2d(-sum);
-  }
-
- private:
-  template <class Visit>
-  void visitSides(const Visit& visit) const
-  {
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      visit(corners_[i], corners_[(i + 1) % corners_.size()]);
-    }
-  }
-
-  void refuse() const
-  {
-    const std::size_t n = corners_.size();
-    for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = i + 2; j < n; ++j) {
-        const bool beside = i == 0 && j == n - 1;
-        if (!beside &&
-            segmentsMeet(corners_[i], corners_[i + 1], corners_[j], corners_[(j + 1) % n])) {
-          throw std::invalid_argument("the outline crosses itself, by its sides " +
-                                      std::to_string(i + 1) + " and " + std::to_string(j + 1));
-        }
-      }
-    }
-    const double size = (high_ - low_).norm();
-    if (area() <= 1e-9 * size * size) {
-      throw std::invalid_argument("the outline has no area: its corners lie in a line");
-    }
-  }
-
-  std::vector<Vector2d> corners_;
-  Vector2d low_, high_;
-  double area_ = 0.0;  ///< negative where it is clockwise
-};
 
 /// The faces near an outline, with coordinates of which the third is the direction of view.
 class View
@@ -568,7 +387,7 @@ class View
     if (cut) {
       found = outline.within(polygon);
     } else if (outline.contains(polygon[0].head<2>())) {
-      found = 0.5 * areas(polygon);
+      found = 0.5 * twiceAreas(polygon);
     }
     (isWall(face) && !isThin(face) ? area_.walls : area_.surface) += found[0];
     covered_ += found[1];
