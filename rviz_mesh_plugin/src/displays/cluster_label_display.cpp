@@ -113,6 +113,7 @@ void ClusterLabelDisplay::subscribe()
   unsubscribe();
   store_.expectAll();  // they are asked for anew
   ask_again_ = false;
+  takeLabels(false);
   const MeshSource source = this->source();
   asked_for_parents_ = false;
   subscription_error_.clear();
@@ -309,6 +310,7 @@ void ClusterLabelDisplay::takeMessages()
       overlay_->setMesh(store_.mesh());
     }
     askAnew();  // of a mesh that was here before, once more
+    takeLabels(false);
   }
   if (store_.mesh() && !source().labels_topic.empty()) {
     sources_.services().requestLabels(store_.mesh()->uuid);  // once since it was subscribed to
@@ -316,12 +318,15 @@ void ClusterLabelDisplay::takeMessages()
   takeLabels();
 }
 
-void ClusterLabelDisplay::takeLabels()
+/// @param answered else answers are those to questions before the last one: they are dropped
+void ClusterLabelDisplay::takeLabels(bool answered)
 {
   const QueuedAttributes queued = sources_.queue().take();
   labels_received_ = queued.receptions[MeshMember::LABELS];
   for (const LabelSetConstPtr& labels : queued.labels) {
-    store_.add(labels);
+    if (answered || !labels->all) {
+      store_.add(labels);
+    }
   }
   if (ask_again_ && !store_.expectsAll()) {
     askAnew();

@@ -111,7 +111,7 @@ class ClusterLabelDisplay : public rviz::Display
   void unsubscribe();
   void restart();
   void takeMessages();
-  void takeLabels();
+  void takeLabels(bool answered = true);
   void askAnew();
   void takeColors();
   void applyChanges();

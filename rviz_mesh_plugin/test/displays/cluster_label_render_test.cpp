@@ -147,6 +147,26 @@ TEST_F(ClusterLabelTest, what_came_before_a_question_for_all_labels_is_older_tha
   EXPECT_TRUE(is_older) << "the answer was left out for what it is newer than";
 }
 
+/// The display takes both at once.
+TEST_F(ClusterLabelTest, an_answer_that_comes_with_another_mesh_of_the_name_is_not_about_that)
+{
+  server->addLabel("tree_1", rows(10, 0, 1));
+  server->answer(0);
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(spinUntil([&] { return server->asked() == 1; }));
+  geometry.publish(test_meshes::terrain(11, [](double, double) { return 0.0; }));
+  server->answer(1);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  ASSERT_TRUE(spinUntil([&] { return server->asked() == 2; }));
+  spinFrames(5);
+  EXPECT_FALSE(display->labelsComplete());
+  EXPECT_TRUE(display->labels().empty());
+  server->answer(2);
+  EXPECT_TRUE(spinUntil([&] { return display->labelsComplete(); }));
+  EXPECT_EQ(display->labels().count("tree_1"), 1u);
+}
+
 TEST_F(ClusterLabelTest, enabled_again_what_comes_before_all_labels_is_newer_than_they)
 {
   server->addLabel("tree_1", rows(10, 0, 1));
