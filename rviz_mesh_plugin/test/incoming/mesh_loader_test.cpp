@@ -33,6 +33,14 @@ Message::ConstPtr terrain(std::uint32_t cells, const std::string& uuid = "mesh",
   return message;
 }
 
+/// Refused.
+Message::ConstPtr wrongTerrain(std::uint32_t cells)
+{
+  auto message = boost::make_shared<Message>(*terrain(cells));
+  message->mesh_geometry.faces[7].vertex_indices[0] = 4000000000;
+  return message;
+}
+
 /// Takes from a loader and adds up, until there is nothing more to wait for.
 struct Receiver
 {
@@ -255,8 +263,7 @@ TEST(Loader, lays_out_after_all_where_the_message_it_gave_way_to_is_refused)
   receiver.loader.receive(terrain(300));
   ASSERT_TRUE(receiver.waitForLayout(180000));
   const MeshDataConstPtr mesh = receiver.meshes[0];
-  auto wrong = boost::make_shared<mesh_msgs::MeshGeometryStamped>(*terrain(300));
-  wrong->mesh_geometry.faces[7].vertex_indices[0] = 4000000000;
+  const auto wrong = wrongTerrain(300);
   for (int i = 0; i < 5; ++i) {
     receiver.layouts.clear();
     const Split split = i % 2 == 0 ? Split::BY_FACE : Split::NONE;
@@ -276,8 +283,7 @@ TEST(Loader, lays_out_after_all_though_another_mesh_comes_before_that_message)
   receiver.loader.receive(terrain(300));
   ASSERT_TRUE(receiver.waitForLayout(180000));
   const MeshDataConstPtr mesh = receiver.meshes[0];
-  auto wrong = boost::make_shared<mesh_msgs::MeshGeometryStamped>(*terrain(300));
-  wrong->mesh_geometry.faces[7].vertex_indices[0] = 4000000000;
+  const auto wrong = wrongTerrain(300);
   const auto other = terrain(5, "other");
   receiver.layouts.clear();
   receiver.loader.layOut(mesh, Split::BY_FACE, nullptr);
