@@ -69,7 +69,7 @@ PYTHON = {
         {"map_file/writing"},
         {"formats/dae", "formats/gltf", "formats/obj", "formats/ply", "map_file/reading"},
         {"formats/base", "map_file/hdf5"},
-        {"checks", "files", "rendering"},
+        {"checks", "files", "processes", "rendering"},
         {"", "model"},
     ],
     "mesh_navigation": [

@@ -16,16 +16,11 @@ from mesh_msgs.testing import wait_until
 
 from mesh_msgs_hdf5 import isolation
 from mesh_msgs_hdf5.checks.check import identical
-from mesh_msgs_hdf5.isolation import (
-    IsolatedMapFile,
-    isolated,
-    isolated_map_file,
-    prepare,
-)
-from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY
+from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated, isolated_map_file
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.map_file.map_file import parts_of
 from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.processes.zygote import OUT_OF_MEMORY, ZYGOTE, prepare
 
 
 @pytest.fixture
@@ -41,7 +36,7 @@ def victim(monkeypatch):
 
 def zygote_pid():
     """The id of the process that forks the others; None before the first call."""
-    process = isolated_map_file._zygote._process
+    process = ZYGOTE._process
     return process.pid if process else None
 
 
@@ -293,7 +288,7 @@ def test_the_zygote_is_small_and_apart(victim):
 
 
 def test_what_is_prepared_is_used(victim):
-    isolated_map_file._zygote.stop()
+    ZYGOTE.stop()
     assert zygote_pid() is None
     prepare()
     prepared = zygote_pid()
@@ -301,11 +296,22 @@ def test_what_is_prepared_is_used(victim):
     assert victim("echo", "/a") == ["/a", {}] and zygote_pid() == prepared is not None
 
 
+def test_preparing_waits_for_no_large_import():
+    program = (
+        "import sys\n"
+        "sys.path[:] = %r\n"
+        "from mesh_msgs_hdf5.processes.zygote import prepare\n"
+        "print(sorted({'numpy', 'h5py', 'rospy', 'yaml'} & set(sys.modules)))\n"
+    )
+    said = subprocess.check_output([sys.executable, "-I", "-c", program % sys.path], text=True)
+    assert said.strip() == "[]"
+
+
 def test_preparing_may_fail(monkeypatch):
     def no_process():
         raise OSError("no process")
 
-    monkeypatch.setattr(isolated_map_file._zygote, "start", no_process)
+    monkeypatch.setattr(ZYGOTE, "start", no_process)
     prepare()
 
 
@@ -340,7 +346,7 @@ def test_a_kept_process_is_not_shared_with_a_forked_one(tmp_path, full_mesh):
             code = 1
             try:
                 code = 0 if same(file.vertices, full_mesh.vertices) else 2
-                isolated_map_file._zygote.stop()
+                ZYGOTE.stop()
             finally:
                 os._exit(code)
         assert os.waitpid(pid, 0)[1] == 0
@@ -411,7 +417,7 @@ def test_a_forked_process_has_one_of_its_own(victim):
     if not pid:
         try:
             os.write(writing, b"%d" % victim("where")[1])
-            isolated_map_file._zygote.stop()
+            ZYGOTE.stop()
         finally:
             os._exit(0)
     os.waitpid(pid, 0)

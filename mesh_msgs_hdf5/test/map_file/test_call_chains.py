@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import mesh_msgs_hdf5
-from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated_map_file
+from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_msgs_hdf5.processes.zygote import ZYGOTE
 
 SIDE = 317  # 100,000 vertices
 _IN_OPEN, _EVENT = 0x20, struct.Struct("iIII")
@@ -114,10 +115,8 @@ def test_after_a_save_the_file_is_not_opened_to_know_what_is_in_it(tmp_path, ful
 def test_one_process_reads_several_members(tmp_path, full_mesh, monkeypatch):
     path = tmp_path / "a.h5"
     MapFile.write(path, full_mesh)
-    forks, original = [], isolated_map_file._zygote.child
-    monkeypatch.setattr(
-        isolated_map_file._zygote, "child", lambda limit: forks.append(limit) or original(limit)
-    )
+    forks, original = [], ZYGOTE.child
+    monkeypatch.setattr(ZYGOTE, "child", lambda limit: forks.append(limit) or original(limit))
     IsolatedMapFile(path).read()
     assert len(forks) == 1
     with IsolatedMapFile(path) as file:

@@ -11,8 +11,8 @@ import numpy as np
 import rospy
 from mesh_msgs import arrays
 from mesh_msgs.diagnostics_ros import ERROR, OK, WARN, Diagnostics, Status
-from mesh_msgs_hdf5.isolation import prepare
 from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.processes.zygote import prepare
 from visualization_msgs.msg import Marker
 
 from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line

@@ -4,7 +4,6 @@ from mesh_msgs_hdf5.isolation.isolated_map_file import (
     FUNCTIONS,
     IsolatedMapFile,
     isolated,
-    prepare,
 )
 
 __all__ = [
@@ -12,5 +11,4 @@ __all__ = [
     "FUNCTIONS",
     "IsolatedMapFile",
     "isolated",
-    "prepare",
 ]

@@ -1,7 +1,7 @@
 """Map files read in processes of their own: whatever is in the file, this process goes on.
 
 Damaged files have made libhdf5 crash, loop for ever and take all memory. Here each of that is a
-MapFileError like any other: code crashed, timeout or size. See zygote.py and wire.py.
+MapFileError like any other: code crashed, timeout or size. See processes/zygote.py and wire.py.
 """
 import contextlib
 import functools
@@ -16,11 +16,11 @@ from typing import Any, Dict, Optional, Tuple
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.isolation.typed import fits, hints_of
 from mesh_msgs_hdf5.isolation.wire import TooLarge, Wire, WireError
-from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY, Child, Zygote, ZygoteEnded
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import default_budget
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_msgs_hdf5.processes.zygote import OUT_OF_MEMORY, ZYGOTE, Child, ZygoteEnded
 
 DEFAULT_TIMEOUT = 600.0
 
@@ -33,7 +33,6 @@ FUNCTIONS: Dict[str, Tuple[str, str]] = {
 }
 _USE_MAP_FILE = ("mesh_msgs_hdf5.isolation.isolated_calls", "use_map_file")
 _RESTORE = "restore it from a copy, or import the mesh again"
-_zygote = Zygote()
 
 
 def isolated(
@@ -59,15 +58,6 @@ def isolated(
     keywords = {name: _plain(value) for name, value in keywords.items()}
     with contextlib.closing(_Reader(memory_limit, timeout, library)) as reader:
         return reader.call(path, FUNCTIONS[function_name], arguments, keywords)
-
-
-def prepare() -> None:
-    """Start what the first call needs, which takes a third of a second, and do not wait for it.
-
-    For programs that have other things to do until they read a file.
-    """
-    with contextlib.suppress(OSError):  # the first call will say what is wrong
-        _zygote.start()
 
 
 class IsolatedMapFile:
@@ -233,9 +223,9 @@ class _Reader:
             self.close()
         if self._child is None:
             try:
-                self._child = _zygote.child(self._memory_limit)
+                self._child = ZYGOTE.child(self._memory_limit)
             except ZygoteEnded:  # between two requests: the next one starts it anew
-                self._child = _zygote.child(self._memory_limit)
+                self._child = ZYGOTE.child(self._memory_limit)
             self._wire = Wire(self._child.connection, shared=self._child.shared)
         self._wire.deadline = deadline
         try:

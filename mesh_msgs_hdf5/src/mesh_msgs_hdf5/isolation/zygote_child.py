@@ -17,7 +17,7 @@ import numpy as np
 
 import mesh_msgs_hdf5.isolation.isolated_calls  # noqa: F401 (loads all that is needed once for all)
 from mesh_msgs_hdf5.isolation.wire import MOST_SHARED, Wire, WireError
-from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY
+from mesh_msgs_hdf5.processes.zygote import OUT_OF_MEMORY
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
 from mesh_msgs_hdf5.map_file.writing.hdf5_stream import (
     Stream,

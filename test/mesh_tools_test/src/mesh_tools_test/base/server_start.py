@@ -53,8 +53,7 @@ def arrivals(command: Sequence[str], expected: Sequence[Expected]) -> List[float
         try:
             for semaphore, (topic, _, count) in zip(complete, expected):
                 for _ in range(count):
-                    if not semaphore.acquire(timeout=PATIENCE):
-                        raise RuntimeError("%s: not everything was published" % topic)
+                    _wait(semaphore, topic, node, start + PATIENCE)
             return sorted(moment - start for moment in times)
         finally:
             for subscriber in subscribers:
@@ -62,6 +61,14 @@ def arrivals(command: Sequence[str], expected: Sequence[Expected]) -> List[float
             node.terminate()
             node.wait(PATIENCE)
             rospy.signal_shutdown("measured")
+
+
+def _wait(semaphore: Any, topic: str, node: Any, deadline: float) -> None:
+    while not semaphore.acquire(timeout=1.0):
+        if node.poll() is not None:
+            raise RuntimeError("the node has ended with %d" % node.returncode)
+        if time.monotonic() > deadline:
+            raise RuntimeError("%s: not everything was published" % topic)
 
 
 def start_to_messages(map_path: str, colors: bool, layers: int) -> Tuple[float, float]:

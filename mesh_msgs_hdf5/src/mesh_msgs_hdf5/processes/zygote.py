@@ -2,7 +2,8 @@
 before it comes.
 
 A process with many threads cannot be forked safely, and starting Python with NumPy and h5py takes
-0.3 s; so one is started by the first request, stays single-threaded and ends with this one.
+0.3 s; so one is started by the first request, or by prepare(), stays single-threaded and ends with
+this one. Nothing is imported here that takes time, so that a program can prepare it first of all.
 """
 import array
 import contextlib
@@ -167,3 +168,16 @@ def _pair(kind):
     mine, its = socket.socketpair(socket.AF_UNIX, kind)
     with mine, its:
         yield mine, its
+
+
+# That of this process.
+ZYGOTE = Zygote()
+
+
+def prepare() -> None:
+    """Start what the first file needs, which takes a third of a second, and do not wait for it.
+
+    For programs that have other things to do until they read a file.
+    """
+    with contextlib.suppress(OSError):  # the first call will say what is wrong
+        ZYGOTE.start()

@@ -1,0 +1,1 @@
+"""Processes of their own, forked by a small one. Imports nothing that takes time to load."""
