@@ -36,7 +36,7 @@ CPP = {
         {"ros_client"},
         {"incoming", "legend", "rendering/labels", "rendering/text"},
         {"conversion", "rendering"},
-        {"coloring", "labels", "level_of_detail"},
+        {"coloring", "labels", "level_of_detail", "rendering/ogre"},
         {"base", "spatial"},
         {"threads"},
     ],

@@ -23,9 +23,9 @@
 #include <QImage>
 
 #include "base/erase_if.h"
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
+#include "rendering/ogre/unique_name.h"
 #include "rendering/picture_material.h"
-#include "rendering/unique_name.h"
 
 namespace rviz_mesh_plugin {
 namespace {

@@ -315,6 +315,11 @@ class LayoutParts
     const std::vector<FaceBeside> beside = facesBeside(faces);
     for (const FaceBeside& other : beside) {
       ranges[other.first].seam_count += 3;
+      const std::uint32_t own = part_of_vertex_[faces[other.second][0]];
+      std::vector<std::uint32_t>& drawn_beside = layout_.parts[own].drawn_beside;
+      if (std::find(drawn_beside.begin(), drawn_beside.end(), other.first) == drawn_beside.end()) {
+        drawn_beside.push_back(other.first);
+      }
     }
     std::vector<std::size_t> next_own(ranges.size());
     std::vector<std::size_t> next_beside(ranges.size());
@@ -420,7 +425,7 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
   }
   parts->write(levels, *splitter);
   if (split == Split::NONE) {
-    layout->faces = std::move(sorted.faces);
+    layout->faces = std::make_shared<const std::vector<std::uint32_t>>(std::move(sorted.faces));
   }
   layout->vertices.shrink_to_fit();
   layout->sources.shrink_to_fit();

@@ -42,6 +42,7 @@ struct MeshPart : Bounds
   std::uint32_t material = NONE;  ///< BY_MATERIAL: index into Materials::materials
   /// One range per level of detail, the full one first.
   std::vector<IndexRange> levels;
+  std::vector<std::uint32_t> drawn_beside;  ///< parts that have faces of this one in their seams
 };
 
 /// What is kept of a layout as long as it is drawn.
@@ -58,6 +59,9 @@ struct LayoutOutline
   /// Of each level, in meters: faces smaller than this have been merged. 0 for the full level.
   std::vector<float> cell_sizes;
   std::vector<MeshPart> parts;
+  /// Of each face of the full level, which one of the mesh it is; null where it is split, and of a
+  /// preview.
+  std::shared_ptr<const std::vector<std::uint32_t>> faces;
 };
 using LayoutOutlineConstPtr = std::shared_ptr<const LayoutOutline>;
 
@@ -68,8 +72,6 @@ struct MeshLayout : LayoutOutline
   std::vector<MeshVertex> vertices;
   std::vector<std::array<float, 2>> texture_coordinates;  ///< BY_MATERIAL, where there are any
   std::vector<std::uint32_t> indices;  ///< three per face; the coarsest level first
-  /// NONE, but not of a preview: of each face of the full level, which one of the mesh it is.
-  std::vector<std::uint32_t> faces;
 };
 using MeshLayoutConstPtr = std::shared_ptr<const MeshLayout>;
 

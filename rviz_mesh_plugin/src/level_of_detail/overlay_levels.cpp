@@ -46,9 +46,9 @@ Registry& registry()
 OverlayLevelsConstPtr levelsOf(const MeshLayout& layout)
 {
   auto levels = std::make_shared<OverlayLevels>();
-  levels->faces = layout.faces;
+  levels->faces = *layout.faces;
   levels->cell_sizes = layout.cell_sizes;
-  levels->part_of.resize(layout.faces.size());
+  levels->part_of.resize(layout.faces->size());
   levels->parts.resize(layout.parts.size());
   std::size_t count = 0;  // indices of simplified faces
   for (const MeshPart& part : layout.parts) {
@@ -71,10 +71,11 @@ OverlayLevelsConstPtr levelsOf(const MeshLayout& layout)
     const MeshPart& from = layout.parts[i];
     OverlayLevels::Part& part = levels->parts[i];
     static_cast<Bounds&>(part) = from;
+    part.drawn_beside = from.drawn_beside;
     part.begin = place;
     part.end = place += from.levels.front().count / 3;
     for (std::size_t face = part.begin; face < part.end; ++face) {
-      levels->part_of[layout.faces[face]] = static_cast<std::uint32_t>(i);
+      levels->part_of[(*layout.faces)[face]] = static_cast<std::uint32_t>(i);
     }
     for (std::size_t level = 1; level < from.levels.size(); ++level) {
       const IndexRange& range = from.levels[level];
@@ -85,17 +86,8 @@ OverlayLevelsConstPtr levelsOf(const MeshLayout& layout)
       }
       for (std::size_t k = range.start; k < range.end(); k += 3) {
         levels->owners.push_back(first_part[layout.indices[k]]);
-        if (levels->owners.back() != i) {
-          levels->parts[levels->owners.back()].drawn_beside.push_back(
-              static_cast<std::uint32_t>(i));
-        }
       }
     }
-  }
-  for (OverlayLevels::Part& part : levels->parts) {
-    std::sort(part.drawn_beside.begin(), part.drawn_beside.end());
-    part.drawn_beside.erase(std::unique(part.drawn_beside.begin(), part.drawn_beside.end()),
-                            part.drawn_beside.end());
   }
   return levels;
 }

@@ -183,6 +183,9 @@ bool MeshAppearance::requestLayout()
   }
   const HiddenFacesConstPtr hidden = hiddenFaces(*mesh);
   const LayoutOutlineConstPtr drawn = visual_ ? visual_->layout() : nullptr;
+  if (drawn && drawn->mesh == mesh) {
+    visual_->hide(hidden);  // soon, as far as that goes, and then in the layout
+  }
   if (drawn && !drawn->preview && drawn->mesh == mesh) {
     // Vertices that are split by material can be colored as well as those that
     // are not.

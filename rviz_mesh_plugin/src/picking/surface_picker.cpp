@@ -14,7 +14,7 @@
 #include "displays/textured_mesh_display.h"
 #include "mesh_view/selectable_faces.h"
 #include "picking/surface_index.h"
-#include "rendering/finite_bounds.h"
+#include "rendering/ogre/finite_bounds.h"
 
 namespace rviz_mesh_plugin {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
 
@@ -12,7 +12,8 @@ GpuMesh::GpuMesh(Ogre::SceneNode* parent, const MeshLayoutConstPtr& layout,
     : PlacedVisual(parent),
       layout_(std::make_shared<LayoutOutline>(*layout)),
       colors_(layout_),
-      materials_(layout_)
+      materials_(layout_),
+      masks_(layout_)
 {
   setVisible(false);
   drawing_.cell_sizes = &layout_->cell_sizes;
@@ -33,6 +34,7 @@ void GpuMesh::makeParts()
     }
     parts_.push_back(std::make_unique<MeshPartObject>(drawing_, part));
     node()->createChildSceneNode()->attachObject(parts_.back().get());
+    masks_.add(*parts_.back());
     coarsest_end_ = std::max(coarsest_end_, part.levels.back().end());
   }
 }
@@ -145,7 +147,7 @@ void GpuMesh::clearTextures()
 
 std::size_t GpuMesh::gpuBytes() const
 {
-  return (buffers_ ? buffers_->bytes() : 0) + colors_.bytes() + materials_.bytes();
+  return (buffers_ ? buffers_->bytes() : 0) + colors_.bytes() + materials_.bytes() + masks_.bytes();
 }
 
 }  // namespace rviz_mesh_plugin

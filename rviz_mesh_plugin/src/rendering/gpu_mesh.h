@@ -7,6 +7,7 @@
 #include <OgrePrerequisites.h>
 
 #include "level_of_detail/mesh_layout.h"
+#include "rendering/masked_parts.h"
 #include "rendering/mesh_buffers.h"
 #include "rendering/mesh_material.h"
 #include "rendering/mesh_part_object.h"
@@ -49,6 +50,13 @@ class GpuMesh : public PlacedVisual
   void setTexture(const TextureImageConstPtr& image);
   void clearTextures();
 
+  /// Takes these faces of the mesh out of what is drawn, see MaskedParts.
+  void hide(const HiddenFacesConstPtr& hidden) { masks_.hide(hidden); }
+  /// Nothing is drawn of them any more.
+  bool isHiddenComplete() const { return masks_.isComplete(); }
+  /// As uploadSlice(), of that alone.
+  bool uploadHiddenSlice() { return buffers_ && masks_.uploadSlice(); }
+
   std::size_t colorUploads() const { return colors_.uploads(); }
   std::size_t gpuBytes() const;
   const std::vector<std::unique_ptr<MeshPartObject>>& parts() const { return parts_; }
@@ -68,6 +76,7 @@ class GpuMesh : public PlacedVisual
   PartDrawing drawing_;
   std::size_t coarsest_end_ = 0;  ///< of the indices of all parts' coarsest levels
   std::vector<std::unique_ptr<MeshPartObject>> parts_;
+  MaskedParts masks_;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -7,7 +7,7 @@
 
 #include <OgreHardwareBufferManager.h>
 
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
 namespace {

@@ -6,8 +6,8 @@
 #include <OgreTechnique.h>
 #include <OgreTextureUnitState.h>
 
-#include "rendering/ogre_compatibility.h"
-#include "rendering/unique_name.h"
+#include "rendering/ogre/ogre_compatibility.h"
+#include "rendering/ogre/unique_name.h"
 
 namespace rviz_mesh_plugin {
 namespace {

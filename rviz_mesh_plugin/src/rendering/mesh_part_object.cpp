@@ -9,9 +9,9 @@
 
 #include "rendering/level_choice.h"
 #include "rendering/mesh_buffers.h"
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
+#include "rendering/ogre/unique_name.h"
 #include "rendering/two_sided_lighting.h"
-#include "rendering/unique_name.h"
 
 namespace rviz_mesh_plugin {
 
@@ -34,6 +34,20 @@ void MeshPartObject::setColor(const Ogre::ColourValue& color)
   setCustomParameter(PART_COLOR, Ogre::Vector4(color.r, color.g, color.b, color.a));
 }
 
+void MeshPartObject::mask(const Ogre::HardwareIndexBufferSharedPtr& indices, std::size_t count)
+{
+  masked_ = true;
+  mask_ = indices;
+  mask_count_ = count;
+}
+
+void MeshPartObject::unmask()
+{
+  masked_ = in_full_ = false;
+  mask_ = Ogre::HardwareIndexBufferSharedPtr();
+  mask_count_ = 0;
+}
+
 void MeshPartObject::_notifyCurrentCamera(Ogre::Camera* camera)
 {
   Ogre::SimpleRenderable::_notifyCurrentCamera(camera);
@@ -45,8 +59,11 @@ IndexRange MeshPartObject::choose(const Ogre::Camera& camera) const
   if (!drawing_.section.touches(part_)) {
     return IndexRange();
   }
+  if (masked_) {
+    return {0, static_cast<std::uint32_t>(mask_count_)};
+  }
   std::size_t level = 0;
-  if (drawing_.detail_pixels > 0.0f && mParentNode) {
+  if (drawing_.detail_pixels > 0.0f && mParentNode && !in_full_) {
     const Ogre::Vector3 eye = mParentNode->_getDerivedOrientation().Inverse() *
                               (camera.getDerivedPosition() - mParentNode->_getDerivedPosition());
     const float distance = std::sqrt(static_cast<float>(getBoundingBox().squaredDistance(eye)));
@@ -82,9 +99,14 @@ void MeshPartObject::visitRenderables(Ogre::Renderable::Visitor* visitor,
 
 void MeshPartObject::getRenderOperation(Ogre::RenderOperation& operation)
 {
-  const MeshBuffers::IndexBuffer& indices = drawing_.buffers->indexBuffer(drawn_.start);
-  index_data_.indexBuffer = indices.buffer;
-  index_data_.indexStart = drawn_.start - indices.begin;
+  if (masked_) {
+    index_data_.indexBuffer = mask_;
+    index_data_.indexStart = 0;
+  } else {
+    const MeshBuffers::IndexBuffer& indices = drawing_.buffers->indexBuffer(drawn_.start);
+    index_data_.indexBuffer = indices.buffer;
+    index_data_.indexStart = drawn_.start - indices.begin;
+  }
   index_data_.indexCount = drawn_.count;
   operation.operationType = Ogre::RenderOperation::OT_TRIANGLE_LIST;
   operation.vertexData = drawing_.buffers->vertices();

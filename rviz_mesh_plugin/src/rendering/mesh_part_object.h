@@ -4,13 +4,14 @@
 #include <vector>
 
 #include <OgreColourValue.h>
+#include <OgreHardwareIndexBuffer.h>
 #include <OgreMaterial.h>
 #include <OgreSimpleRenderable.h>
 #include <OgreVertexIndexData.h>
 
 #include "base/section.h"
 #include "level_of_detail/mesh_layout.h"
-#include "rendering/finite_bounds.h"
+#include "rendering/ogre/finite_bounds.h"
 
 namespace rviz_mesh_plugin {
 
@@ -43,6 +44,13 @@ class MeshPartObject : public Ogre::SimpleRenderable
   /// For materials that ask for the part's own color.
   void setColor(const Ogre::ColourValue& color);
 
+  /// Draws the first so many of these indices in place of its levels; none: nothing.
+  void mask(const Ogre::HardwareIndexBufferSharedPtr& indices, std::size_t count);
+  /// Draws the full level alone.
+  void drawInFull() { in_full_ = true; }
+  /// As at first.
+  void unmask();
+
   const MeshPart& part() const { return part_; }
 
   /// What was chosen for the camera that drew it last; of count 0 where nothing can be drawn.
@@ -66,6 +74,10 @@ class MeshPartObject : public Ogre::SimpleRenderable
   Ogre::MaterialPtr material_;
   bool opaque_ = true;
   IndexRange drawn_;
+  bool masked_ = false;
+  bool in_full_ = false;
+  Ogre::HardwareIndexBufferSharedPtr mask_;
+  std::size_t mask_count_ = 0;
 };
 
 }  // namespace rviz_mesh_plugin

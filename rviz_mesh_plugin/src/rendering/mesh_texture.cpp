@@ -12,8 +12,8 @@
 
 #include "base/texture_halving.h"
 #include "rendering/mesh_buffers.h"
-#include "rendering/ogre_compatibility.h"
-#include "rendering/unique_name.h"
+#include "rendering/ogre/ogre_compatibility.h"
+#include "rendering/ogre/unique_name.h"
 
 namespace rviz_mesh_plugin {
 namespace {

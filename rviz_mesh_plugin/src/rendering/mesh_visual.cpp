@@ -8,11 +8,11 @@
 #include <OgreHardwareBufferManager.h>
 #include <OgreSimpleRenderable.h>
 
-#include "rendering/finite_bounds.h"
 #include "rendering/gpu_mesh.h"
 #include "rendering/mesh_material.h"
-#include "rendering/ogre_compatibility.h"
-#include "rendering/unique_name.h"
+#include "rendering/ogre/finite_bounds.h"
+#include "rendering/ogre/ogre_compatibility.h"
+#include "rendering/ogre/unique_name.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -109,6 +109,9 @@ void MeshVisual::setLayout(const MeshLayoutConstPtr& layout)
   if (colors_) {
     picture->setColors(colors_, translucent_colors_);
   }
+  if (layout_ && layout_->mesh != layout->mesh) {
+    hidden_.reset();
+  }
   layout_ = picture->layout();
   given_ = layout;
   coming_ = std::move(picture);
@@ -132,7 +135,7 @@ bool MeshVisual::upload(std::chrono::microseconds budget)
   try {
     do {
       if (!uploadSlice()) {
-        return true;
+        return !shown_ || shown_->isHiddenComplete();
       }
     } while (std::chrono::steady_clock::now() < end && !newest()->nextSliceIsLong());
   } catch (...) {
@@ -154,6 +157,9 @@ bool MeshVisual::uploadSlice()
   if (!picture) {
     return false;
   }
+  if (shown_ && shown_->uploadHiddenSlice()) {
+    return true;
+  }
   const bool geometry_complete = picture->geometryComplete();
   const std::size_t color_uploads = picture->colorUploads();
   const bool worked = picture->uploadSlice();
@@ -169,6 +175,7 @@ void MeshVisual::showComing()
 {
   shown_ = std::move(coming_);
   shown_layout_ = layout_;
+  shown_->hide(hidden_);
   shown_->setVisible(true);
   updateNormals();
 }
@@ -218,6 +225,20 @@ void MeshVisual::clearTextures()
   if (newest()) {
     newest()->clearTextures();
   }
+}
+
+void MeshVisual::hide(const HiddenFacesConstPtr& hidden)
+{
+  hidden_ = hidden;
+  if (shown_) {
+    shown_->hide(hidden);
+  }
+}
+
+bool MeshVisual::hides(const HiddenFacesConstPtr& hidden) const
+{
+  return !shown_ || (shown_layout_->hidden == hidden) ||
+         (hidden == hidden_ && shown_layout_->faces && shown_->isHiddenComplete());
 }
 
 void MeshVisual::setStyle(const MeshStyle& style)

@@ -66,6 +66,13 @@ class MeshVisual : public PlacedVisual
   void setTexture(const TextureImageConstPtr& image);
   void clearTextures();
 
+  /// Takes these faces of the mesh (null: none) out of what is drawn, through upload(), within a
+  /// moment; to be followed by a layout without them, which is drawn in less detail where that is
+  /// far. What a layout does not have is not drawn either way.
+  void hide(const HiddenFacesConstPtr& hidden);
+  /// Whether nothing is drawn of these.
+  bool hides(const HiddenFacesConstPtr& hidden) const;
+
   void setStyle(const MeshStyle& style);
 
   /// How often vertices and faces, and how often all colors, went to the graphics card.
@@ -93,6 +100,7 @@ class MeshVisual : public PlacedVisual
   std::weak_ptr<const MeshLayout> given_;  ///< that layout_ is the outline of
   std::unique_ptr<GpuMesh> shown_;
   std::unique_ptr<GpuMesh> coming_;  ///< of layout_, until it is drawable
+  HiddenFacesConstPtr hidden_;       ///< of the mesh
   ColorSource colors_;
   bool translucent_colors_ = false;
   std::unique_ptr<MeshMaterial> normals_material_;

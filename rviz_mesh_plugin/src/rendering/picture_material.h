@@ -7,7 +7,7 @@
 #include <OgreResourceGroupManager.h>
 #include <OgreTechnique.h>
 
-#include "rendering/unique_name.h"
+#include "rendering/ogre/unique_name.h"
 
 namespace rviz_mesh_plugin {
 

@@ -4,7 +4,7 @@
 
 #include <OgreQuaternion.h>
 
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
 

@@ -11,7 +11,7 @@
 #include <OgrePass.h>
 #include <OgreResourceGroupManager.h>
 
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
 namespace {

@@ -10,7 +10,7 @@
 #include "coloring/color_source.h"
 #include "level_of_detail/mesh_layout.h"
 #include "level_of_detail/source_index.h"
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
 

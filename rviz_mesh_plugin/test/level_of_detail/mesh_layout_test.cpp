@@ -147,7 +147,7 @@ TEST(Layout, leaves_out_what_is_hidden)
                   layout_checks::facesOf(*alone, 0, aloneOf));
       }
       if (split == Split::NONE) {
-        std::vector<std::uint32_t> faces = layout->faces;
+        std::vector<std::uint32_t> faces = *layout->faces;
         std::sort(faces.begin(), faces.end());
         EXPECT_EQ(faces, shown);
       }

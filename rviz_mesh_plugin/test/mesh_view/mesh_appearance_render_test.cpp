@@ -1,4 +1,6 @@
 // What a TexturedMesh says of what cannot be drawn.
+#include <atomic>
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -7,8 +9,14 @@
 #include <mesh_msgs/MeshMaterialsStamped.h>
 #include <mesh_msgs/MeshTexture.h>
 
-#include "rendering/ogre_compatibility.h"
-#include "rendering/unique_name.h"
+#include "base/hidden_faces.h"
+#include "incoming/mesh_loader.h"
+#include "incoming/mesh_store.h"
+#include "mesh_view/mesh_appearance.h"
+#include "properties/mesh_properties.h"
+#include "rendering/ogre/ogre_compatibility.h"
+#include "rendering/ogre/unique_name.h"
+#include "rendering/visual_fixture.h"
 #include "support/display_fixture.h"
 
 namespace {
@@ -90,4 +98,51 @@ TEST_F(MeshAppearanceTest, an_error_is_said_until_what_failed_has_been_done)
   viewFromAbove(0.0, 0.0, 100.0);
   spinFrames(3);
   EXPECT_EQ(grab().center(), (osmesa_harness::Rgb{0, 0, 255}));
+}
+
+TEST_F(MeshAppearanceTest, hidden_faces_go_before_the_mesh_has_been_laid_out_without_them)
+{
+  using namespace rviz_mesh_plugin;
+  const std::atomic<bool> canceled{false};
+  const MeshDataConstPtr mesh = test_layouts::grid(64, test_layouts::flat);
+  rviz::Property root;
+  const MeshProperties properties(&root);
+  MeshStore store;
+  MeshLoader loader;  // nobody takes what it has laid out
+  store.addMesh(mesh);
+  Ogre::SceneNode* parent = sceneManager()->getRootSceneNode()->createChildSceneNode();
+  {
+    MeshAppearance appearance({store, properties, loader, parent}, mesh->uuid);
+    appearance.setLayout(layOut(mesh, Split::NONE, nullptr, canceled));
+    appearance.setPose(FramePose{Ogre::Vector3::ZERO, Ogre::Quaternion::IDENTITY});
+    const auto pixels = [&] {
+      appearance.paint();
+      while (!appearance.upload(std::chrono::milliseconds(1))) {
+      }
+      viewFromAbove(0.0, 0.0, 100.0);
+      const osmesa_harness::Image image = grab();
+      int count = 0;
+      for (int y = 0; y < image.height(); ++y) {
+        for (int x = 0; x < image.width(); ++x) {
+          count += image.at(x, y) == image.at(0, 0) ? 0 : 1;
+        }
+      }
+      return count;
+    };
+    const int all = pixels();
+    EXPECT_NEAR(all, 40000, 1000);
+    FaceBits half(mesh->faceCount());
+    for (std::uint32_t face = 0; face < mesh->faceCount() / 2; ++face) {
+      half.add(FaceBits::Faces{face});
+    }
+    const auto hidden = std::make_shared<const HiddenFaces>(half);
+    setHiddenFaces(*mesh, hidden);
+    EXPECT_NEAR(pixels(), all / 2, 500);
+    EXPECT_EQ(appearance.visual()->layout()->hidden, nullptr) << "the layout is the one of before";
+    appearance.setLayout(layOut(mesh, Split::NONE, nullptr, canceled, hidden));
+    EXPECT_NEAR(pixels(), all / 2, 500);
+    EXPECT_EQ(appearance.visual()->layout()->hidden, hidden);
+    setHiddenFaces(*mesh, nullptr);
+  }
+  sceneManager()->destroySceneNode(parent);
 }

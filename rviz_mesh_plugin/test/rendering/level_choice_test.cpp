@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "rendering/finite_bounds.h"
+#include "rendering/ogre/finite_bounds.h"
 
 using namespace rviz_mesh_plugin;
 

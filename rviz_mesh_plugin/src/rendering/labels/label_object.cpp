@@ -11,11 +11,11 @@
 #include <OgreRenderQueue.h>
 #include <OgreTechnique.h>
 
-#include "rendering/finite_bounds.h"
 #include "rendering/level_choice.h"
 #include "rendering/mesh_style.h"
-#include "rendering/ogre_compatibility.h"
-#include "rendering/unique_name.h"
+#include "rendering/ogre/finite_bounds.h"
+#include "rendering/ogre/ogre_compatibility.h"
+#include "rendering/ogre/unique_name.h"
 
 namespace rviz_mesh_plugin {
 namespace {

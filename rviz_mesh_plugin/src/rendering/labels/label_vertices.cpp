@@ -5,8 +5,8 @@
 #include <OgreHardwareBufferManager.h>
 
 #include "level_of_detail/mesh_region.h"
-#include "rendering/finite_bounds.h"
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/finite_bounds.h"
+#include "rendering/ogre/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
 namespace {

@@ -21,9 +21,9 @@
 #include <QPainter>
 
 #include "base/qt_colors.h"
+#include "rendering/ogre/unique_name.h"
 #include "rendering/picture_material.h"
 #include "rendering/text/text_layout.h"
-#include "rendering/unique_name.h"
 
 namespace rviz_mesh_plugin {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/mesh_data.h"
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
 

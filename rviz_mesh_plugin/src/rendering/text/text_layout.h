@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
 
 namespace Ogre {
 class Camera;

@@ -11,9 +11,9 @@
 #include <OgreSceneNode.h>
 #include <OgreViewport.h>
 
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
+#include "rendering/ogre/unique_name.h"
 #include "rendering/picture_material.h"
-#include "rendering/unique_name.h"
 
 namespace rviz_mesh_plugin {
 namespace {

@@ -29,6 +29,7 @@ def values_of(milliseconds, rate):
     values.update({"scan_" + mode: 10.0 * milliseconds for mode in selection.FLOORS})
     values.update({f"gui_{edit}{end}": 1.0 for edit in selection.EDITS for end in ("", "_all")})
     values.update(frame_plain=10.0, frame_all_selected=15.0, hide_until_drawn=400.0)
+    values.update(hide_until_gone=40.0)
     return dict(values, stroke_rate=rate, stroke_longest=milliseconds)
 
 

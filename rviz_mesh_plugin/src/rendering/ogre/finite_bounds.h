@@ -6,7 +6,7 @@
 #include <OgreAxisAlignedBox.h>
 
 #include "base/bounds.h"
-#include "rendering/ogre_compatibility.h"
+#include "rendering/ogre/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
 
