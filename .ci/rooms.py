@@ -16,7 +16,7 @@ CPP = {
         {"base"},
     ],
     "mesh_msgs_hdf5": [
-        {"deflate"},
+        {"deflate", "polygons"},
     ],
     "osmesa_harness": [
         {"harness", "shim"},

@@ -28,6 +28,8 @@ def test_import_then_info(square, tmp_path, capsys):
     assert capsys.readouterr().out.splitlines() == [
         "%s: PLY, 4 vertices, 2 faces, 1 layer" % square,
         "  note: 1 faces of more than three corners were cut into triangles (fans)",
+        "  note: 1 faces of more than three corners are not planar, and were cut as seen along "
+        "their normal, first face 0",
         "  note: layer cost has 1 unknown (NaN), 1 lethal (inf) values",
         "%s: saved, %d bytes, frame odom, uuid %s" % (out, out.stat().st_size, uuid),
     ]

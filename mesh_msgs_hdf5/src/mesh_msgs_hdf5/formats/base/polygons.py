@@ -3,6 +3,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from mesh_msgs_hdf5.formats.base.concave import recut
 from mesh_msgs_hdf5.formats.base.equal_rows import by_appearance, equal_rows
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
@@ -60,29 +61,40 @@ class Triangles(NamedTuple):
         return values if self.places is None else values[self.places.reshape(-1)]
 
 
-def triangulate(counts: np.ndarray, corners: np.ndarray, report: ImportReport) -> Triangles:
-    """The triangles of polygons in their order, each cut as a fan from its first corner.
+def triangulate(
+    counts: np.ndarray, corners: np.ndarray, positions: np.ndarray, report: ImportReport
+) -> Triangles:
+    """The triangles of polygons in their order: fans from the first corner where these are right,
+    else as recut says.
 
-    counts: (N,) corners of each polygon; corners: all their vertices, one after the other. Polygons
-    of more than three corners are counted, those of fewer are left out; the report says both.
+    counts: (N,) corners of each polygon; corners: all their vertices, one after the other;
+    positions: (V, 3) of the vertices. Polygons of more than three corners are counted, those of
+    fewer are left out; the report says both.
     """
     counts = np.asarray(counts, dtype=np.int64)
     large, small = np.count_nonzero(counts > 3), np.flatnonzero(counts < 3)
+    if not large and not len(small):
+        return Triangles(np.ascontiguousarray(corners, dtype="<u4").reshape(-1, 3))
+    triangles = np.maximum(counts - 2, 0)
+    begins = np.cumsum(counts) - counts
+    starts = np.repeat(begins, triangles)
+    step = np.arange(triangles.sum()) - np.repeat(np.cumsum(triangles) - triangles, triangles)
+    places = np.stack([starts, starts + step + 1, starts + step + 2], axis=1)
     if large:
         report.triangulated += int(large)
-        report.note("%d faces of more than three corners were cut into triangles (fans)", large)
+        at = len(report.notes)
+        recuts = recut(counts, begins, corners, positions, places, report)
+        text = "%d faces of more than three corners were cut into triangles (fans%s)" % (
+            large,
+            ", but for %d concave ones" % recuts if recuts else "",
+        )
+        report.notes.insert(at, text)
     if len(small):
         report.note(
             "%d faces of fewer than three corners were left out, first face %d",
             len(small),
             small[0],
         )
-    if not large and not len(small):
-        return Triangles(np.ascontiguousarray(corners, dtype="<u4").reshape(-1, 3))
-    triangles = np.maximum(counts - 2, 0)
-    starts = np.repeat(np.cumsum(counts) - counts, triangles)
-    step = np.arange(triangles.sum()) - np.repeat(np.cumsum(triangles) - triangles, triangles)
-    places = np.stack([starts, starts + step + 1, starts + step + 2], axis=1)
     polygons = np.repeat(np.arange(len(counts)), triangles)
     return Triangles(np.ascontiguousarray(corners[places], dtype="<u4"), polygons, places)
 

@@ -25,6 +25,7 @@ _FACE = np.dtype(
     {"names": ["count", "corners"], "formats": ["u4", "u8"], "offsets": [0, 8], "itemsize": 16}
 )
 _DIFFUSE = 1  # the kind of texture that gives surfaces their color
+_HOLES = "polygons with holes are not read: export it as triangles where it was made"
 Material = Dict[str, Any]
 
 
@@ -119,7 +120,8 @@ def read_scene(path: PathLike, report: ImportReport) -> Tuple[Scene, List[Materi
     scene = library.aiImportFile(os.fsencode(path), _TRIANGULATE | _SORT_BY_KIND)
     if not scene:
         reason = one_line(library.aiGetErrorString().decode("utf-8", "replace"))
-        raise MapFileError("format", path, "assimp cannot read it: %s" % reason, "")
+        hint = _HOLES if "<h>" in reason else ""
+        raise MapFileError("format", path, "assimp cannot read it: %s" % reason, hint)
     try:
         if scene.contents.flags & _INCOMPLETE:
             return joined([], report), []

@@ -55,7 +55,7 @@ def read_obj(path: PathLike, data: bytes, options: Options, report: ImportReport
         last = np.broadcast_to(0, written.shape)
     corners = from_zero(written[:, 0], last[:, 0])
     check_corners(path, counts, corners, len(vertices), shown=written[:, 0])
-    triangles = triangulate(counts, corners, report)
+    triangles = triangulate(counts, corners, positions, report)
     mesh = Mesh(vertices, triangles.faces, vertex_colors=colors, origin=origin)
     take_mesh_remark(path, mesh, remarks, report)
     if lines.normals.rows:

@@ -44,7 +44,7 @@ def read_ply(path: PathLike, data: bytes, options: Options, report: ImportReport
     positions = columns(vertex, POSITION)
     vertices, origin = placed(path, positions, "vertex", options, report, remarked_origin(remarks))
     counts, corners = _polygons(path, face, len(vertices), "tristrips" in file.elements)
-    triangles = triangulate(counts, corners, report)
+    triangles = triangulate(counts, corners, positions, report)
     mesh = Mesh(vertices, triangles.faces, origin=origin)
     take_mesh_remark(path, mesh, remarks, report)
     used = _take_vertex_properties(path, mesh, vertex, remarks, report)
