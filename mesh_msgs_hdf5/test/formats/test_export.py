@@ -348,3 +348,20 @@ def test_files_beside_it_have_plain_names(tmp_path, rich_mesh):
     assert beside == ["my_g_rden_.mtl"] + ["my_g_rden__texture_%d.png" % i for i in (0, 10, 2)]
     found, _ = read_mesh(path)
     assert_same(found, rich_mesh, ["textures", "materials"])
+
+
+def test_every_color_of_obj_is_read_by_others(tmp_path):
+    """As float32 it is the very number; whoever cuts off the fraction gets the same byte, too."""
+    rows = np.arange(256, dtype=np.uint8)
+    colors = np.stack([rows, rows[::-1], rows // 2], axis=1)
+    vertices = np.random.default_rng(1).normal(size=(256, 3)).astype(np.float32)
+    mesh = Mesh(vertices, np.arange(255, dtype=np.uint32).reshape(-1, 3), vertex_colors=colors)
+    mesh.materials = Materials(colors, np.full(256, -1, np.int32), np.zeros(85, np.uint32))
+    write_mesh(tmp_path / "a.obj", mesh)
+    for name, key, first in (("a.obj", "v", 4), ("a.mtl", "Kd", 1)):
+        lines = (tmp_path / name).read_text().splitlines()
+        found = [line.split()[first:] for line in lines if line.startswith(key + " ")]
+        found = np.array(found, np.float64)
+        assert np.array_equal(found.astype(np.float32), (colors / 255).astype(np.float32))
+        assert np.array_equal((found * 255).astype(np.uint8), colors)
+        assert np.array_equal((found.astype(np.float32) * np.float32(255)).astype(np.uint8), colors)

@@ -128,10 +128,24 @@ def test_colors_are_light_and_v_counts_downwards(tmp_path):
         [0.25, 0.25],
     ]
     light = array(document, binary, attributes["COLOR_0"])
-    assert light[:2].tolist() == [[0, 0, 0, 65535], [65535] * 4]
+    assert light.dtype == np.float32 and light[:2].tolist() == [[0, 0, 0], [1, 1, 1]]
     # 188 of a screen is half of its light (IEC 61966-2-1)
-    assert abs(light[2, 0] / 65535 - 0.5) < 0.005
-    assert document["accessors"][attributes["COLOR_0"]]["normalized"] is True
+    assert abs(light[2, 0] - 0.5) < 0.005
+
+
+def test_programs_that_know_bytes_and_floats_alone_read_the_colors(tmp_path):
+    """MeshLab and trimesh take 255 times a float, and of whole numbers the lowest byte."""
+    colors = np.random.default_rng(3).integers(0, 256, (4, 3)).astype(np.uint8)
+    write_mesh(tmp_path / "a.glb", Mesh(SQUARE, TWO_FACES, vertex_colors=colors))
+    document, binary = parsed(tmp_path / "a.glb")
+    check_structure(document, binary)
+    accessor = document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"]
+    assert document["accessors"][accessor]["componentType"] in (5121, 5126)
+    found = array(document, binary, accessor)
+    found = (found * 255 if found.dtype.kind == "f" else found).astype(np.uint8)
+    value = colors / 255
+    light = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    assert np.abs(found[:, :3] - 255 * light).max() <= 1
 
 
 def test_every_color_comes_back(tmp_path):

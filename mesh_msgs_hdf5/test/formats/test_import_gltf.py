@@ -323,3 +323,14 @@ def test_a_glb_of_ours_that_another_program_changed_is_welded(read):
     assert report.notes[0] == (
         "left out: 1 remarks (comments that begin with mesh_tools) are damaged"
     )
+
+
+@pytest.mark.parametrize("kind, largest", [("u1", 255), ("u2", 65535)])
+def test_colors_of_whole_numbers(read, kind, largest):
+    """Light of all and of nothing, and the light of 188 (half of it)."""
+    gltf = Gltf()
+    light = np.array([[1, 1, 1, 1], [0, 0, 0, 1], [0.5, 0, 1, 1], [0, 0.5, 0, 1]]) * largest
+    colors = gltf.accessor(np.rint(light), kind, normalized=True)
+    gltf.mesh(UP, TWO_FACES, attributes={"COLOR_0": colors})
+    mesh, _ = read(gltf)
+    assert mesh.vertex_colors.tolist() == [[255] * 3, [0] * 3, [188, 0, 255], [0, 188, 0]]

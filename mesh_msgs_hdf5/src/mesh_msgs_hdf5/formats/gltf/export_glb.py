@@ -120,14 +120,14 @@ def _attributes(mesh: Mesh, builder: _Builder, remarks: List[Remark], export: Ex
         if not identical(back, upwards):
             found[TEXTURE_V] = add(upwards)
     if mesh.vertex_colors is not None:
-        rows = np.full((len(mesh.vertices), 4), 255, np.uint8)
-        rows[:, :3] = mesh.vertex_colors
         if mesh.materials is None:
-            # sixteen bits of light are more than eight of a screen
-            light = np.rint(to_linear(rows) * 65535).astype(np.uint16)
-            found["COLOR_0"] = add(light, normalized=True)
+            # eight bits of light are fewer than eight of a screen, and of sixteen some programs
+            # (MeshLab, trimesh) read the lower eight
+            found["COLOR_0"] = add(to_linear(mesh.vertex_colors).astype(np.float32))
         else:
             # viewers would multiply them with the colors of the materials
+            rows = np.full((len(mesh.vertices), 4), 255, np.uint8)
+            rows[:, :3] = mesh.vertex_colors
             found[VERTEX_COLOR] = add(rows, normalized=True)
             export.note("vertex colors are attribute %s: viewers show the materials", VERTEX_COLOR)
     taken = {VERTEX_COLOR, TEXTURE_V}

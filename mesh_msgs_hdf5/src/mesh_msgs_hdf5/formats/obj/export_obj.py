@@ -21,6 +21,8 @@ from mesh_msgs_hdf5.model.errors import PathLike
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
 _EXACT = "%.9g"
+# of bytes; with ten digits they are right for those, too, who cut off the fraction of 255 times it
+_LEVELS, _COLOR = (np.arange(256) / 255).astype(np.float32), "%.10g"
 
 
 def obj_of(path: PathLike, mesh: Mesh) -> Export:
@@ -48,8 +50,8 @@ def _vertices(mesh: Mesh) -> bytes:
     pattern = "v " + " ".join([_EXACT] * 3)
     if mesh.vertex_colors is None:
         return text_rows(pattern + "\n", mesh.vertices)
-    table = np.concatenate([mesh.vertices, mesh.vertex_colors / 255.0], axis=1)
-    return text_rows(pattern + " %.6g %.6g %.6g\n", table)
+    table = np.concatenate([mesh.vertices, _LEVELS[mesh.vertex_colors]], axis=1)
+    return text_rows(pattern + " %s %s %s\n" % ((_COLOR,) * 3), table)
 
 
 def _faces(mesh: Mesh, groups: Dict[str, str]) -> List[bytes]:
@@ -118,7 +120,10 @@ def _write_materials(path: PathLike, mesh: Mesh, export: Export, remarks: List[R
     remarks.append({"materials": count})
     if materials is not None:
         for i, (color, index) in enumerate(zip(materials.colors, materials.texture_indices)):
-            text += ["newmtl material_%d" % i, "Kd %.6g %.6g %.6g" % tuple(color / 255.0)]
+            text += [
+                "newmtl material_%d" % i,
+                " ".join(["Kd"] + [_COLOR % level for level in _LEVELS[color]]),
+            ]
             if index >= 0:
                 text.append("map_Kd %s" % files[int(index)])
     export.beside[file_stem(path) + ".mtl"] = lines(text)
