@@ -19,6 +19,7 @@ ANIMALS = [mesh for mesh in zoo.all_meshes() if len(mesh.faces)]
 EXACT = (".ply", ".obj", ".glb")
 # of rich_mesh
 ORIGIN = "coordinates are without the origin 430000.0, 5790000.0, -0.1"
+ADDED = "; --georeferenced adds it"
 ARRAYS = ("vertices", "faces", "vertex_normals", "vertex_colors", "texture_coordinates")
 LARGEST, TINIEST = float(np.finfo(np.float32).max), float(np.float32(1e-45))
 NUMBERS = st.floats(width=32, allow_nan=False, allow_infinity=False)
@@ -81,7 +82,7 @@ def test_everything_comes_back_from_ply(tmp_path, rich_mesh):
     members = set(vars(rich_mesh)) - {"features", "source"}
     assert_same(found, rich_mesh, members)
     assert found.source["before"] == rich_mesh.source
-    assert notes == ["left out: 12 texture features, which PLY does not have", ORIGIN]
+    assert notes == ["left out: 12 texture features, which PLY does not have", ORIGIN + ADDED]
     assert report.notes == [
         "layer %s has 1 unknown (NaN), 1 lethal (inf) values" % name
         for name in rich_mesh.vertex_costs
@@ -109,7 +110,7 @@ def test_what_obj_takes_comes_back(tmp_path, rich_mesh):
         "left out: 2 layers, which OBJ does not have; --layer NAME paints one into the colors",
         "left out: 4 face attributes, which OBJ does not have",
         "left out: 12 texture features, which OBJ does not have",
-        ORIGIN,
+        ORIGIN + ADDED,
     ]
 
 

@@ -9,7 +9,7 @@ from mesh_msgs_hdf5.commands._common import (
     say,
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
-from mesh_msgs_hdf5.formats.exporter import write_mesh
+from mesh_msgs_hdf5.formats.exporter import check_georeferenced, write_mesh
 from mesh_msgs_hdf5.formats.importer import read_mesh
 
 NAME = "export"
@@ -25,6 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     text = "paint this layer into the colors of the vertices"
     parser.add_argument("--layer", metavar="NAME", help=text)
+    text = "coordinates with the map's origin added, as CloudCompare and QGIS want them (.ply .obj)"
+    parser.add_argument("--georeferenced", action="store_true", help=text)
     parser.add_argument("--force", action="store_true", help="replace OUT if it exists")
     add_part(parser, "IN, if it is a map with several")
     add_output_options(parser, "say nothing")
@@ -32,11 +34,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     check_output(arguments.input, arguments.output, arguments.force, SUFFIXES)
+    if arguments.georeferenced:
+        check_georeferenced(arguments.output)
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.input)
         mesh, report = read_mesh(arguments.input, arguments.part)
         progress.stage("writing " + arguments.output)
-        notes = write_mesh(arguments.output, mesh, arguments.force, arguments.layer)
+        notes = write_mesh(
+            arguments.output, mesh, arguments.force, arguments.layer, arguments.georeferenced
+        )
     notes = report.notes + notes
     value = {
         "input": arguments.input,

@@ -9,6 +9,7 @@ from mesh_msgs_hdf5.commands._common import (
     say,
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
+from mesh_msgs_hdf5.formats.base.options import AUTO, NEEDED
 from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.schema import check_frame_id
@@ -26,7 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--frame", help="coordinate frame (default: that of IN if it is a map, else map)")
     add("--force", action="store_true", help="replace OUT.h5 if it exists")
     text = "move the mesh near zero and store where it was: the middle of the mesh, or a place in m"
-    add("--origin", metavar="auto|X,Y,Z", type=_origin, help=text)
+    more = " (default: auto where float32 would round by more than a tenth of the median edge)"
+    add("--origin", metavar="auto|X,Y,Z", type=_origin, help=text + more)
     add("--crs", metavar="NAME", help="coordinate reference system of IN, for example EPSG:25832")
     text = "give vertices with several texture coordinates or normals a copy for each"
     add("--split-seams", action="store_true", help=text)
@@ -47,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _origin(text):
-    if text == "auto":
+    if text == AUTO:
         return text
     values = [float(value) for value in text.split(",")]
     if len(values) != 3 or not all(abs(value) < 1e12 for value in values):
@@ -74,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
         mesh, report = read_mesh(
             arguments.input,
             arguments.part,
-            origin=arguments.origin,
+            origin=arguments.origin or NEEDED,
             split_seams=arguments.split_seams,
             merge_vertices=arguments.merge_vertices,
             repair=arguments.repair,

@@ -27,12 +27,34 @@ WRITERS: Dict[str, Callable[[PathLike, Mesh], Export]] = {
 }
 
 
+# those whose numbers are exact in the coordinates of a country
+GEOREFERENCED = (".ply", ".obj")
+
+
+def check_georeferenced(path: PathLike) -> None:
+    """Refuse formats whose coordinates are float32. Raises MapFileError."""
+    suffix = os.path.splitext(os.fsdecode(path))[1].lower()
+    if suffix not in GEOREFERENCED:
+        raise MapFileError(
+            "format",
+            path,
+            "%s holds float32 coordinates: georeferenced ones would be rounded"
+            % suffix[1:].upper(),
+            "name it %s, or leave --georeferenced out" % " or ".join(GEOREFERENCED),
+        )
+
+
 def write_mesh(
-    path: PathLike, mesh: Mesh, overwrite: bool = False, layer: Optional[str] = None
+    path: PathLike,
+    mesh: Mesh,
+    overwrite: bool = False,
+    layer: Optional[str] = None,
+    georeferenced: bool = False,
 ) -> List[str]:
     """Write a mesh in the format that the path ends with; returns notes of what it cannot take.
 
-    layer: the name of a layer that is painted into the vertex colors. OBJ and PLY name files beside
+    layer: the name of a layer that is painted into the vertex colors; georeferenced: coordinates
+    with the origin added, as float64 (PLY, OBJ). OBJ and PLY name files beside
     them (textures, materials), which are written first; each takes its place in one step. Nothing
     is written if one of them exists and overwrite is False. Raises MapFileError.
     """
@@ -45,9 +67,13 @@ def write_mesh(
             "a mesh cannot be written as %s" % (one_line(suffix) or "a file without suffix"),
             "name it %s" % " ".join(WRITERS),
         )
+    if georeferenced:
+        check_georeferenced(path)
     check_target(path, overwrite)
     mesh = checked_mesh(path, mesh)
     notes: List[str] = []
+    if georeferenced:
+        mesh = _georeferenced(mesh, notes)
     if layer is not None:
         mesh = _painted(path, mesh, layer, notes)
     export = WRITERS[suffix](path, mesh)
@@ -70,8 +96,19 @@ def write_mesh(
         raise
     notes += export.notes
     if any(mesh.origin) and suffix != ".stl":  # where the origin is left out, which is said already
-        notes.append("coordinates are without the origin %s, %s, %s" % tuple(mesh.origin))
+        hint = "; --georeferenced adds it" if suffix in GEOREFERENCED else ""
+        text = "coordinates are without the origin %s, %s, %s"
+        notes.append(text % tuple(mesh.origin) + hint)
     return notes
+
+
+def _georeferenced(mesh: Mesh, notes: List[str]) -> Mesh:
+    """The mesh with float64 vertices in its reference system, and no origin."""
+    text = "coordinates are those of %s, with the origin %s, %s, %s"
+    where = one_line(mesh.crs) or "the reference system (which the map does not name)"
+    notes.append(text % (where, *mesh.origin))
+    vertices = mesh.vertices.astype(np.float64) + np.array(mesh.origin, np.float64)
+    return replace(mesh, vertices=vertices, origin=(0.0, 0.0, 0.0))
 
 
 def _holds(name: str, data: bytes) -> bool:

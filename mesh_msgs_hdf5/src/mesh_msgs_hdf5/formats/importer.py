@@ -179,9 +179,9 @@ def _from_map(path, part, options, report):
     if others:
         shown = ", ".join(others[:5]) + (", ..." if len(others) > 5 else "")
         report.note("left out: %d other objects of the file (%s)", len(others), shown)
-    if options == Options():
+    if not options.recorded():
         return mesh
-    if options.origin is not None:
+    if "origin" in options.recorded():
         mesh.vertices, mesh.origin = placed(
             path, mesh.vertices, "vertex", options, report, tuple(mesh.origin)
         )

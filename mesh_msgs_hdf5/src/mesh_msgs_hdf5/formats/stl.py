@@ -9,7 +9,7 @@ import numpy as np
 from mesh_msgs_hdf5.formats.base.export_parts import MEANING, Export, check_size
 from mesh_msgs_hdf5.formats.base.numbers_text import numbers
 from mesh_msgs_hdf5.formats.base.options import Options, placed
-from mesh_msgs_hdf5.formats.base.polygons import weld
+from mesh_msgs_hdf5.formats.base.polygons import triangle_edges, weld
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -32,7 +32,10 @@ def read_stl(path: PathLike, data: bytes, options: Options, report: ImportReport
         corners = _ascii(path, data, report)
     if not len(corners):
         raise MapFileError("no_faces", path, "the STL file has no faces", "a map needs triangles")
-    corners, origin = placed(path, corners, "corner", options, report)
+    triangles = np.arange(len(corners)).reshape(-1, 3)
+    corners, origin = placed(
+        path, corners, "corner", options, report, edges=lambda: triangle_edges(triangles)
+    )
     vertices, index = weld(corners, report)
     return Mesh(vertices, index.reshape(-1, 3).astype(np.uint32), origin=origin)
 

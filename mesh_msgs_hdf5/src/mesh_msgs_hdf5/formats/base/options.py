@@ -1,6 +1,6 @@
 """What a user may ask of an import, and where the mesh is put: float32 near an origin."""
 from dataclasses import dataclass
-from typing import Any, Dict, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Optional, Tuple, Union
 
 import numpy as np
 
@@ -10,6 +10,8 @@ from mesh_msgs_hdf5.formats.base.report import ImportReport, is_noticed, note_ro
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 Origin = Tuple[float, float, float]
+AUTO, NEEDED = "auto", "needed"
+_LARGEST_PART = 0.1  # of the median edge, that rounding may be where an origin is not needed
 
 
 @dataclass(frozen=True)
@@ -17,8 +19,9 @@ class Options:
     """What is not the default is remembered in the source of the mesh.
 
     origin: None keeps the coordinates as they are in the file; "auto" subtracts the center of the
-        bounding box, rounded to whole meters; (x, y, z) subtracts that. What is subtracted becomes
-        Mesh.origin.
+        bounding box, rounded to whole meters; "needed" does so where float32 would round the
+        coordinates of the file by more than a tenth of the median edge; (x, y, z) subtracts that.
+        What is subtracted becomes Mesh.origin.
     split_seams: vertices that have several texture coordinates are split, else texture coordinates
         are left out where that would be necessary.
     merge_vertices: None, or the distance in meters up to which vertices become one (0: exactly the
@@ -35,14 +38,16 @@ class Options:
         """Those that are not the default."""
         names = ("origin", "split_seams", "merge_vertices", "repair")
         values = {name: getattr(self, name) for name in names}
-        return {k: v for k, v in values.items() if v is not None and v is not False}
+        left_alone = (None, False, NEEDED)
+        return {k: v for k, v in values.items() if not any(v is other for other in left_alone)}
 
 
 def checked_options(path: PathLike, **values: Any) -> Options:
     """Options of these values; MapFileError value says which one is none."""
     origin, tolerance = values.get("origin"), values.get("merge_vertices")
     if isinstance(origin, str):
-        wrong = origin != "auto"
+        wrong = origin not in (AUTO, NEEDED)
+        origin = NEEDED if origin == NEEDED else origin  # the very one that recorded() knows
     elif origin is not None:
         try:
             origin = tuple(float(value) for value in origin)
@@ -81,17 +86,51 @@ def placed(
     options: Options,
     report: ImportReport,
     offset: Origin = (0.0, 0.0, 0.0),
+    edges: Optional[Callable[[], np.ndarray]] = None,
 ) -> Tuple[np.ndarray, Origin]:
     """(float32 (N, 3) positions, origin) of positions (N, 3) of any float type.
 
     offset: the origin that the file itself names. what: "vertex" or "corner", for the error
-    not_finite; with repair, what is not finite stays and is dropped later.
+    not_finite; with repair, what is not finite stays and is dropped later. edges: makes (E, 2)
+    places in positions, for the origin that is needed.
     """
-    origin = _origin(positions, options.origin, offset)
+    wanted = options.origin
+    if wanted == NEEDED:
+        vertices, change = _rounded(path, positions, what, options)
+        wanted = None
+        if edges is None or not is_noticed(change):
+            note_rounding(report, change)
+            return vertices, offset
+        length = _median_length(positions, edges())
+        if change > _LARGEST_PART * length:
+            wanted = AUTO
+    origin = _origin(positions, wanted, offset)
     if origin != offset:
         with np.errstate(invalid="ignore", over="ignore"):
             positions = positions.astype(np.float64) + (np.subtract(offset, origin))
-        report.note("origin %r was subtracted from the coordinates", origin)
+        why = "from the coordinates"
+        if options.origin == NEEDED:
+            why = (
+                "from the coordinates: float32 would have rounded them by up to %.3g m, more than a"
+                " tenth of the median edge of %.3g m; --origin 0,0,0 leaves them as they are"
+            ) % (change, length)
+        report.note("origin %r was subtracted %s", origin, why)
+    vertices, change = _rounded(path, positions, what, options)
+    note_rounding(report, change)
+    return vertices, origin
+
+
+def _median_length(positions: np.ndarray, edges: np.ndarray) -> float:
+    """Meters, of the edges that have a finite length above 0; 0 if there is none."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        ends = positions.astype(np.float64)[edges]
+        lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+    lengths = lengths[np.isfinite(lengths) & (lengths > 0)]
+    return float(np.median(lengths)) if len(lengths) else 0.0
+
+
+def _rounded(path, positions, what, options):
+    """(float32 positions, the most that a coordinate changed in meters)."""
     if options.repair:
         finite = positions[np.isfinite(positions).all(axis=1)]
         with np.errstate(over="ignore", invalid="ignore"):
@@ -100,10 +139,7 @@ def placed(
         change = float(change[np.isfinite(change)].max(initial=0))
     else:
         vertices, change = narrowed(positions, path, what)
-    if is_noticed(change):
-        change = _change(positions, vertices)
-    note_rounding(report, change)
-    return vertices, origin
+    return vertices, _change(positions, vertices) if is_noticed(change) else change
 
 
 def _change(positions: np.ndarray, vertices: np.ndarray) -> float:
@@ -127,7 +163,7 @@ def _change(positions: np.ndarray, vertices: np.ndarray) -> float:
 def _origin(positions, wanted, offset):
     if wanted is None:
         return offset
-    if wanted != "auto":
+    if wanted != AUTO:
         return wanted
     finite = positions[np.isfinite(positions).all(axis=1)]
     if not len(finite):

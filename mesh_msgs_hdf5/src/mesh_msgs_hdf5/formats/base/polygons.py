@@ -43,6 +43,20 @@ def check_corners(
     )
 
 
+def polygon_edges(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """(N, 2) both ends of every edge of polygons; as check_corners has them."""
+    behind = np.arange(1, len(corners) + 1)
+    ends = np.cumsum(counts)
+    has_corners = counts > 0
+    behind[ends[has_corners] - 1] = (ends - counts)[has_corners]
+    return np.stack([corners, corners[behind]], axis=1)
+
+
+def triangle_edges(faces: np.ndarray) -> np.ndarray:
+    """(3 F, 2) both ends of every edge of triangles (F, 3)."""
+    return np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+
+
 class Triangles(NamedTuple):
     """faces: (F, 3) uint32; polygons: (F,) from which polygon each comes, places: (F, 3) from which
     place in the list of all corners; both None if every polygon is a triangle.

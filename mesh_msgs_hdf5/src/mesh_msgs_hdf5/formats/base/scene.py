@@ -6,7 +6,7 @@ import numpy as np
 
 from mesh_msgs_hdf5.formats.base.corners import agreed, texture_vertices
 from mesh_msgs_hdf5.formats.base.options import Options, placed
-from mesh_msgs_hdf5.formats.base.polygons import weld
+from mesh_msgs_hdf5.formats.base.polygons import triangle_edges, weld
 from mesh_msgs_hdf5.formats.base.remap import take_vertices
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.values import add_layer, normals_or_none
@@ -140,7 +140,15 @@ def unwelded_mesh(
     offset: Tuple[float, float, float],
 ) -> Mesh:
     """A Mesh with the vertices of the scene as they are."""
-    vertices, origin = placed(path, scene.positions, "vertex", options, report, offset)
+    vertices, origin = placed(
+        path,
+        scene.positions,
+        "vertex",
+        options,
+        report,
+        offset,
+        lambda: triangle_edges(scene.faces),
+    )
     mesh = Mesh(vertices, scene.faces.astype(np.uint32), vertex_colors=scene.colors, origin=origin)
     if scene.normals is not None:
         mesh.vertex_normals = normals_or_none(scene.normals, report)
@@ -163,7 +171,14 @@ def welded_mesh(path: PathLike, scene: Scene, options: Options, report: ImportRe
     number[rows] = np.arange(len(rows))
     if len(rows) < len(scene.positions):
         report.note("left out: %d vertices without faces", len(scene.positions) - len(rows))
-    positions, origin = placed(path, scene.positions[rows], "corner", options, report)
+    positions, origin = placed(
+        path,
+        scene.positions[rows],
+        "corner",
+        options,
+        report,
+        edges=lambda: triangle_edges(number[scene.faces]),
+    )
     vertices, index = weld(positions, report)
     mesh = Mesh(vertices, index[number[scene.faces]].astype(np.uint32), origin=origin)
 

@@ -47,7 +47,8 @@ def obj_of(path: PathLike, mesh: Mesh) -> Export:
 
 
 def _vertices(mesh: Mesh) -> bytes:
-    pattern = "v " + " ".join([_EXACT] * 3)
+    # the fewest digits from which float64 can be read again, where the vertices are georeferenced
+    pattern = "v " + " ".join([_EXACT if mesh.vertices.dtype == np.float32 else "%r"] * 3)
     if mesh.vertex_colors is None:
         return text_rows(pattern + "\n", mesh.vertices)
     table = np.concatenate([mesh.vertices, _LEVELS[mesh.vertex_colors]], axis=1)

@@ -12,7 +12,12 @@ from mesh_msgs_hdf5.formats.base.beside import Folder
 from mesh_msgs_hdf5.formats.base.corners import agreed, note_missing, with_corner_coordinates
 from mesh_msgs_hdf5.formats.base.material_list import ImportedTextures, give_materials
 from mesh_msgs_hdf5.formats.base.options import Options, placed
-from mesh_msgs_hdf5.formats.base.polygons import Triangles, check_corners, triangulate
+from mesh_msgs_hdf5.formats.base.polygons import (
+    Triangles,
+    check_corners,
+    polygon_edges,
+    triangulate,
+)
 from mesh_msgs_hdf5.formats.base.remarks import (
     Remark,
     about,
@@ -40,7 +45,6 @@ def read_obj(path: PathLike, data: bytes, options: Options, report: ImportReport
         )
     remarks = parsed_remarks(lines.remarks, report)
     positions, colors = _vertices(path, lines, report)
-    vertices, origin = placed(path, positions, "vertex", options, report, remarked_origin(remarks))
     if not lines.faces.rows:
         raise MapFileError(
             "no_faces",
@@ -54,7 +58,16 @@ def read_obj(path: PathLike, data: bytes, options: Options, report: ImportReport
     else:  # no number is negative: it is not asked for
         last = np.broadcast_to(0, written.shape)
     corners = from_zero(written[:, 0], last[:, 0])
-    check_corners(path, counts, corners, len(vertices), shown=written[:, 0])
+    check_corners(path, counts, corners, len(positions), shown=written[:, 0])
+    vertices, origin = placed(
+        path,
+        positions,
+        "vertex",
+        options,
+        report,
+        remarked_origin(remarks),
+        lambda: polygon_edges(counts, corners),
+    )
     triangles = triangulate(counts, corners, positions, report)
     mesh = Mesh(vertices, triangles.faces, vertex_colors=colors, origin=origin)
     take_mesh_remark(path, mesh, remarks, report)

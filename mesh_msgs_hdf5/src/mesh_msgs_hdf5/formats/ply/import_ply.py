@@ -2,7 +2,7 @@
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.options import Options, placed
-from mesh_msgs_hdf5.formats.base.polygons import check_corners, triangulate
+from mesh_msgs_hdf5.formats.base.polygons import check_corners, polygon_edges, triangulate
 from mesh_msgs_hdf5.formats.base.remarks import (
     about,
     parameters_of,
@@ -42,8 +42,16 @@ def read_ply(path: PathLike, data: bytes, options: Options, report: ImportReport
         raise MapFileError("format", path, "the PLY file has no vertices with x, y and z", "")
     remarks = parsed_remarks(file.comments, report)
     positions = columns(vertex, POSITION)
-    vertices, origin = placed(path, positions, "vertex", options, report, remarked_origin(remarks))
-    counts, corners = _polygons(path, face, len(vertices), "tristrips" in file.elements)
+    counts, corners = _polygons(path, face, len(positions), "tristrips" in file.elements)
+    vertices, origin = placed(
+        path,
+        positions,
+        "vertex",
+        options,
+        report,
+        remarked_origin(remarks),
+        lambda: polygon_edges(counts, corners),
+    )
     triangles = triangulate(counts, corners, positions, report)
     mesh = Mesh(vertices, triangles.faces, origin=origin)
     take_mesh_remark(path, mesh, remarks, report)
