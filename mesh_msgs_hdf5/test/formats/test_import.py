@@ -118,6 +118,34 @@ def test_convex_polygons_are_cut_into_fans(read, places, polygons, form, counts,
         assert any("cut into triangles (fans)" in note for note in report.notes) == bool(large)
 
 
+def strips_of(rng, count):
+    """(strips, separated by -1 or in lists of their own, the triangles that they mean)."""
+    strips, expected = [], []
+    for _ in range(count):
+        strip = rng.integers(0, 12, rng.integers(0, 9)).tolist()
+        strips.append(strip)
+        for i in range(len(strip) - 2):
+            a, b, c = strip[i : i + 3]
+            if len({a, b, c}) == 3:
+                expected.append((a, c, b) if i % 2 else (a, b, c))
+    return strips, expected
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("seed", range(5))
+def test_triangle_strips(read, form, seed):
+    rng = np.random.default_rng(seed)
+    strips, expected = strips_of(rng, 6)
+    vertices = rng.normal(size=(12, 3)).astype(np.float32)
+    joined = [number for strip in strips for number in strip + [-1]]
+    for lists in (strips, [joined]):
+        data = ply(xyz(vertices), lists, form).replace(b"element face", b"element tristrips")
+        mesh, report = read("a.ply", data)
+        assert mesh.faces.tolist() == [list(face) for face in expected]
+        assert mesh.vertices.tobytes() == vertices.tobytes()
+        assert report.notes == []
+
+
 def test_the_garden_equals_what_meshio_reads(real_mesh):
     meshio = pytest.importorskip("meshio")
     path = real_mesh("botanical_garden_gazebo.ply")

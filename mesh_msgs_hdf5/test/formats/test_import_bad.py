@@ -134,8 +134,13 @@ def test_ply_names_that_stand_twice(tmp_path):
 
 
 def test_ply_triangle_strips(tmp_path):
-    data = ply(xyz(SQUARE), [[0, 1, 2, -1, 0, 2, 3]]).replace(b"element face", b"element tristrips")
-    assert "triangle strips are not read" in refusal(tmp_path, "a.ply", data).hint
+    for strip in ([0, 1, 7], [0, 1, 2, -2, 3]):
+        data = ply(xyz(SQUARE), [strip]).replace(b"element face", b"element tristrips")
+        assert refusal(tmp_path, "a.ply", data).code == "index"
+    data = ply(xyz(SQUARE), [[0, 1, -1, 2, 3]]).replace(b"element face", b"element tristrips")
+    assert refusal(tmp_path, "a.ply", data).code == "no_faces"
+    data = ply(xyz(SQUARE), [[0, 1.5, 2]], "ascii").replace(b"element face", b"element tristrips")
+    assert "no whole number" in refusal(tmp_path, "a.ply", data).message
 
 
 @pytest.mark.parametrize(

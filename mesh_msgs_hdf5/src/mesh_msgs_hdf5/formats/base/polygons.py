@@ -113,6 +113,23 @@ def triangulate(
     return Triangles(np.ascontiguousarray(corners[places], dtype="<u4"), polygons, places)
 
 
+def strip_triangles(index: np.ndarray) -> np.ndarray:
+    """(F, 3) of triangle strips (N,), one after the other with -1 between.
+
+    Every second triangle of a strip is turned, so that all go around the same way. Triangles that
+    name a vertex twice, by which strips are put together, are none.
+    """
+    if len(index) < 3:
+        return np.zeros((0, 3), index.dtype)
+    faces = np.stack([index[:-2], index[1:-1], index[2:]], axis=1)
+    place = np.arange(len(index))
+    starts = np.maximum.accumulate(np.where(index == -1, place + 1, 0))
+    odd = (place - starts)[:-2] % 2 == 1
+    faces[odd, 1:] = faces[odd, :0:-1].copy()
+    whole = (faces != -1).all(axis=1) & (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    return faces[whole]
+
+
 def weld(corners: np.ndarray, report: ImportReport) -> Tuple[np.ndarray, np.ndarray]:
     """Vertices and faces of a triangle soup: corners at the same position become one vertex.
 

@@ -3,6 +3,7 @@ from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
+from mesh_msgs_hdf5.formats.base.polygons import strip_triangles
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.scene import ScenePart, check_scene_size
 from mesh_msgs_hdf5.formats.gltf.gltf_file import GltfFile
@@ -237,10 +238,7 @@ def _as_triangles(index: np.ndarray, mode: int) -> np.ndarray:
         return np.zeros((0, 3), np.int64)
     if mode == FAN:
         return np.stack([index[1:-1], index[2:], np.full(len(index) - 2, index[0])], axis=1)
-    faces = np.stack([index[:-2], index[1:-1], index[2:]], axis=1)
-    faces[1::2, 1:] = faces[1::2, :0:-1].copy()
-    # strips are put together by triangles that name a vertex twice
-    return faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+    return strip_triangles(index)
 
 
 def _as_float(values: np.ndarray, normalized: bool) -> np.ndarray:

@@ -2,7 +2,12 @@
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.options import Options, placed
-from mesh_msgs_hdf5.formats.base.polygons import check_corners, polygon_edges, triangulate
+from mesh_msgs_hdf5.formats.base.polygons import (
+    check_corners,
+    polygon_edges,
+    strip_triangles,
+    triangulate,
+)
 from mesh_msgs_hdf5.formats.base.remarks import (
     about,
     parameters_of,
@@ -18,7 +23,7 @@ from mesh_msgs_hdf5.formats.base.values import (
     normals_or_none,
 )
 from mesh_msgs_hdf5.formats.ply.ply_faces import CORNERS, FaceReader
-from mesh_msgs_hdf5.formats.ply.ply_file import PlyFile, columns, read_elements
+from mesh_msgs_hdf5.formats.ply.ply_file import Element, PlyFile, columns, read_elements
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
@@ -37,12 +42,13 @@ def read_ply(path: PathLike, data: bytes, options: Options, report: ImportReport
     wrote into comments comes back.
     """
     file = read_elements(path, data)
-    vertex, face = file.elements.get("vertex"), file.elements.get("face")
+    vertex = file.elements.get("vertex")
     if vertex is None or not set(POSITION) <= set(vertex.values):
         raise MapFileError("format", path, "the PLY file has no vertices with x, y and z", "")
     remarks = parsed_remarks(file.comments, report)
     positions = columns(vertex, POSITION)
-    counts, corners = _polygons(path, face, len(positions), "tristrips" in file.elements)
+    _take_strips(path, file, report)
+    counts, corners = _polygons(path, file.elements.get("face"), len(positions))
     vertices, origin = placed(
         path,
         positions,
@@ -62,7 +68,26 @@ def read_ply(path: PathLike, data: bytes, options: Options, report: ImportReport
     return mesh
 
 
-def _polygons(path, face, vertex_count, strips):
+def _take_strips(path: PathLike, file: PlyFile, report: ImportReport) -> None:
+    """Triangle strips become faces where there are no others."""
+    face, strips = file.elements.get("face"), file.elements.get("tristrips")
+    found = [name for name in CORNERS if strips is not None and name in strips.lists]
+    if not found or face is not None and face.rows:
+        return
+    counts, corners = strips.lists[found[0]]
+    corners = _whole(path, corners)
+    # a -1 behind each strip
+    separated = np.insert(corners.astype(np.int64), np.cumsum(counts), -1)
+    faces = strip_triangles(separated)
+    lists = {CORNERS[0]: (np.full(len(faces), 3, np.int64), faces.reshape(-1))}
+    file.elements["face"] = Element("face", len(faces), lists=lists)
+    del file.elements["tristrips"]
+    left_out = [p.name for p in strips.properties if p.name != found[0]]
+    if left_out:
+        report.note("left out: properties of the triangle strips (%s)", ", ".join(left_out))
+
+
+def _polygons(path, face, vertex_count):
     """(corners of each polygon (N,), the vertices of all corners)."""
     found = [name for name in CORNERS if face is not None and name in face.lists]
     if not found:
@@ -70,21 +95,24 @@ def _polygons(path, face, vertex_count, strips):
             "no_faces",
             path,
             "the PLY file has no faces (element face with a list vertex_indices)",
-            "triangle strips are not read: save it as triangles, with MeshLab for example"
-            if strips
-            else "a map needs triangles: mesh the points first",
+            "a map needs triangles: mesh the points first",
         )
     counts, corners = face.lists[found[0]]
-    if corners.dtype.kind == "f":
-        whole = corners == np.floor(corners)
-        if not whole.all():
-            at = np.flatnonzero(~whole)[0]
-            raise MapFileError(
-                "index", path, "vertex index %s is no whole number" % corners[at], ""
-            )
-        corners = corners.astype(np.int64)
+    corners = _whole(path, corners)
     check_corners(path, counts, corners, vertex_count)
     return counts, corners
+
+
+def _whole(path, corners):
+    """The numbers of vertices (N,) as whole numbers, also those of an ASCII file."""
+    if corners.dtype.kind != "f":
+        return corners
+    wrong = np.flatnonzero(corners != np.floor(corners))
+    if len(wrong):
+        raise MapFileError(
+            "index", path, "vertex index %s is no whole number" % corners[wrong[0]], ""
+        )
+    return corners.astype(np.int64)
 
 
 def _take_vertex_properties(path, mesh, vertex, remarks, report):
