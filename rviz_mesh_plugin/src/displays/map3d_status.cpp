@@ -36,7 +36,7 @@ OptionalStatus fileProblem(const FileState& file)
     case State::NOT_CHOSEN:
       return StatusLine::warn(
           "No map file path specified! Click on the value of 'Map file path' and on "
-          "'...', and choose a map (.h5) or a mesh (.ply, .obj, .stl, .dae, .glb)");
+          "'...', and choose a map (.h5) or a mesh (.ply, .obj, .stl, .off, .dae, .glb)");
     case State::UNKNOWN:
       return StatusLine::warn("looking at ", file.path);
     case State::MISSING:

@@ -12,7 +12,9 @@ from mesh_map.costs.settings import SETTINGS
 _LOG = logging.getLogger("mesh_map")
 _ALIKE = 0.8  # of the letters
 _STRINGS = (
-    Parameter("mesh_file", "", description="map file (.h5), or a mesh (.ply .obj .stl .dae)"),
+    Parameter(
+        "mesh_file", "", description="map file (.h5), or a mesh (.ply .obj .stl .off .dae .glb)"
+    ),
     Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
     Parameter("global_frame", "", description="frame of all messages; empty: that of the file"),
 )

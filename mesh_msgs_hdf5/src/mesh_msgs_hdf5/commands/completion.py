@@ -50,7 +50,7 @@ complete -o default -F _%(function)s %(program)s
 """
 _FILES = ("file", "files", "input", "one", "other", "origin")
 _UNQUOTED = re.compile(r"\\.|[#~?\[\]{}]", re.DOTALL)
-_SUFFIXES = ("h5", "hdf5", "ply", "obj", "stl", "dae", "glb", "gltf", "json", "csv")
+_SUFFIXES = ("h5", "hdf5", "ply", "obj", "stl", "off", "dae", "glb", "gltf", "json", "csv")
 
 
 def bash_script(

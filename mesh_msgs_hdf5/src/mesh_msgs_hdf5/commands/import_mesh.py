@@ -15,7 +15,7 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.schema import check_frame_id
 
 NAME = "import"
-HELP = "make a map file (.h5) of a mesh (.ply .obj .stl .dae .glb .gltf .h5)"
+HELP = "make a map file (.h5) of a mesh (.ply .obj .stl .off .dae .glb .gltf .h5)"
 EXAMPLE = "mesh_tool import garden.ply garden.h5 --frame map --origin auto"
 _EXACT = 0.0
 

@@ -94,7 +94,7 @@ def read_file(path: PathLike) -> bytes:
 
 
 def kind_of(path: PathLike, head: bytes) -> str:
-    """ "h5", "ply", "obj", "stl", "dae", "glb" or "gltf" from the first bytes, or else the suffix.
+    """One of "h5", "ply", "obj", "stl", "off", "dae", "glb", "gltf": by first bytes, or suffix.
 
     "" if neither tells.
     """
@@ -107,5 +107,5 @@ def kind_of(path: PathLike, head: bytes) -> str:
     if b"<COLLADA" in head:
         return "dae"
     suffix = os.path.splitext(os.fsdecode(path))[1].lower().lstrip(".")
-    known = ("h5", "ply", "obj", "stl", "dae", "glb", "gltf")
+    known = ("h5", "ply", "obj", "stl", "off", "dae", "glb", "gltf")
     return {"hdf5": "h5"}.get(suffix, suffix if suffix in known else "")

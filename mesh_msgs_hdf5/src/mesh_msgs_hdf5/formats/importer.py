@@ -1,4 +1,4 @@
-"""Reads a mesh from any known format: PLY, OBJ, STL, DAE (COLLADA), glTF, and map files themselves.
+"""Reads a mesh from any known format: PLY, OBJ, STL, OFF, DAE (COLLADA), glTF, and map files.
 """
 import datetime
 import hashlib
@@ -38,6 +38,12 @@ def _read_stl(path: PathLike, data: bytes, options: Options, report: ImportRepor
     return read_stl(path, data, options, report)
 
 
+def _read_off(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    from mesh_msgs_hdf5.formats.off import read_off
+
+    return read_off(path, data, options, report)
+
+
 def _read_gltf(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
     from mesh_msgs_hdf5.formats.gltf.import_gltf import read_gltf
 
@@ -72,6 +78,7 @@ FORMATS: Dict[str, Tuple[str, Read]] = {
     "ply": ("PLY", _read_ply),
     "obj": ("OBJ", _read_obj),
     "stl": ("STL", _read_stl),
+    "off": ("OFF", _read_off),
     "dae": ("DAE", _read_dae),
     "glb": ("GLB", _read_gltf),
     "gltf": ("glTF", _read_gltf),
@@ -91,9 +98,9 @@ def import_suffixes() -> Tuple[str, ...]:
 def read_mesh(
     path: PathLike, part: Optional[str] = None, **options: Any
 ) -> Tuple[Mesh, ImportReport]:
-    """The mesh of a .ply, .obj, .stl, .dae, .glb, .gltf or .h5 file and what reading it changed.
+    """The mesh of a .ply, .obj, .stl, .off, .dae, .glb, .gltf or .h5 file; what reading it changed.
 
-    The content decides where it can, else the suffix. PLY and OBJ keep the order and number of
+    The content decides where it can, else the suffix. PLY, OBJ and OFF keep the order and number of
     vertices; STL, DAE and glTF are welded, except for glTF that this package wrote. part: which
     mesh of a map file. options: origin, split_seams, merge_vertices, repair, see formats.options.
     Every face index and coordinate is checked. Raises MapFileError.

@@ -32,7 +32,7 @@ def _check_format(path):
     """Refuse, with a better error than HDF5's, what is none of its files."""
     head = read_head(path)
     kind = kind_of(path, head)
-    if kind in ("ply", "obj", "stl", "dae", "glb", "gltf"):
+    if kind in ("ply", "obj", "stl", "off", "dae", "glb", "gltf"):
         raise MapFileError(
             "format",
             path,
