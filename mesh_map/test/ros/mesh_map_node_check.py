@@ -5,10 +5,13 @@ import itertools
 import os
 import shutil
 import signal
+import subprocess
+import sys
 import tempfile
 import threading
 import time
 import unittest
+from subprocess import PIPE
 from unittest import mock
 
 import numpy as np
@@ -45,6 +48,21 @@ class MeshMapNode(unittest.TestCase):
         self.colors = (np.arange(3 * len(vertices)) % 256).astype(np.uint8).reshape(-1, 3)
         self.path = os.path.join(self.folder, "map.h5")
         MapFile.write(self.path, Mesh(vertices, self.mesh.faces, vertex_colors=self.colors))
+
+    def test_a_map_that_another_program_has_open_is_waited_for(self):
+        code = "import sys, h5py; file = h5py.File(sys.argv[1], 'r+'); print(); sys.stdin.read()"
+        command = [sys.executable, "-c", code, self.path]
+        with subprocess.Popen(command, stdin=PIPE, stdout=PIPE) as holder:
+            holder.stdout.readline()
+            node = start_node(self, "held", mesh_file=self.path, layers=[])
+            progress = Subscriber("/held/progress", String)
+            self.assertTrue(wait_until(lambda: "waiting" in str(progress.messages[-1:])))
+            self.assertIn("close the program that has it open", progress.messages[-1].data)
+            self.assertIsNone(node.poll())
+            holder.stdin.close()
+        self.assertTrue(wait_until(lambda: "ready" in str(progress.messages[-1:])))
+        waits = [message for message in progress.messages if "waiting" in message.data]
+        self.assertEqual(len(waits), 1)
 
     def test_late_subscribers_get_everything(self):
         layers = [{"name": name, "type": TYPE} for name in NAMES]

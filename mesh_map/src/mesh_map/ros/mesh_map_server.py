@@ -43,6 +43,8 @@ LAYER_TIMEOUT = Parameter(
     "layer_timeout", 60.0, 0.1, 86400.0, "for a call of a layer (s per started million of faces)"
 )
 
+_LOCKED_AGAIN = 0.5  # seconds until a file that another program has open is tried once more
+
 _LOG = logging.getLogger("mesh_map")
 
 
@@ -246,7 +248,7 @@ class MeshMapServer:
             _LOG.warning("%s", complaint)
         start = time.monotonic()
         self._say("reading %s" % parameters.mesh_file)
-        source = MapSource(parameters.mesh_file, parameters.mesh_part, parameters.origin)
+        source = self._read(parameters.mesh_file, parameters.mesh_part, parameters.origin)
         self._stop_at_shutdown()
         mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
         mesh_map.layer_timeout = values[LAYER_TIMEOUT.name]
@@ -293,6 +295,25 @@ class MeshMapServer:
         if self._remark:
             _LOG.warning("%s", self._remark)
         return mesh_map
+
+    def _read(self, path: str, *options: Any) -> MapSource:
+        """What MapSource reads; the first map is waited for while another program has the file open
+        to write, which is said once."""
+        said = False
+        while True:
+            try:
+                return MapSource(path, *options)
+            except MeshMapError as error:
+                cause = error.__cause__
+                locked = isinstance(cause, MapFileError) and cause.code == "locked"
+                if not locked or self._map is not None:
+                    raise
+                if not said:
+                    _LOG.warning("%s; the map is loaded as soon as that is done", error)
+                    self._say("waiting: %s" % error)
+                    said = True
+            time.sleep(_LOCKED_AGAIN)
+            self._stop_at_shutdown()
 
     def _serve_labels(self, mesh_map: MeshMap, source: MapSource) -> None:
         """Labels of a derived mesh are served here: who owns them knows the parent only."""

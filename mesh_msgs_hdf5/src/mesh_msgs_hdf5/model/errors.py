@@ -19,6 +19,7 @@ class MapFileError(Exception):
                 is in an HDF5 file;
             index, not_finite, rounded, no_faces, uuid, frame, value: the values of a mesh;
             exists, changed, version, schema (only read), save: writing.
+            locked: another program has the file open to write; it may be read later.
             crashed, timeout: the process in which a file was read.
             journal, owned: the labels beside a map.
         path: the file (str).

@@ -4,18 +4,17 @@ The map file may be its first argument: rosrun mesh_msgs_hdf5 hdf5_map_server FI
 """
 import contextlib
 import sys
-from typing import Callable, Iterator, Optional
+from typing import Callable, Iterator
 
 import rospy
 
 from mesh_msgs.diagnostics_ros import Diagnostics
 from mesh_msgs.text import one_line
-from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.ros.label_forwarding_ros import SAVE_SERVICE, LabelForwarder, owner_info
 from mesh_msgs_hdf5.ros.label_services_ros import Found, LabelServices
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.ros.run_node_ros import run_node
-from mesh_msgs_hdf5.server.map_loading import load, owner_notes
+from mesh_msgs_hdf5.server.map_opening_ros import MapOpening
 from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
 from mesh_msgs_hdf5.server.map_reload_ros import MapReload
@@ -29,7 +28,11 @@ from mesh_msgs_hdf5.server.server_options import ServerOptions, parse
 class MapServer:
     """The maps with their topics and services."""
 
-    def __init__(self, maps: MapRegistry, options: ServerOptions, progress: MapProgress) -> None:
+    def __init__(
+        self, maps: MapRegistry, options: ServerOptions, progress: MapProgress, opening: MapOpening
+    ) -> None:
+        """opening: has opened the maps; others may come later."""
+        self._opening, self._progress = opening, progress
         forwarder = LabelForwarder()
         self._services = MapServerServices(maps)
         labels = LabelServices("", _labels_of(maps), forwarder, UnknownMap)
@@ -40,10 +43,18 @@ class MapServer:
         progress.ready(maps)
         self._reload = MapReload(maps, self._topics, progress, _owner_info(), options.read_only)
         self._store = MapStore(
-            maps, self._topics, labels, forwarder, options.save_delay, self._reload.look
+            maps, self._topics, labels, forwarder, options.save_delay, self._look
         )
 
         self._diagnostics = Diagnostics("maps", lambda: progress.status(self._store.unsaved))
+
+    def _look(self) -> None:
+        for served in self._opening.open_waiting():
+            self._reload.watch(served)
+            self._topics.publish_map(served)
+            self._progress.serves(served)
+            rospy.loginfo("%s", one_line(served.describe()))
+        self._reload.look()
 
     def close(self) -> None:
         """Save what was received."""
@@ -59,37 +70,6 @@ def _labels_of(maps: MapRegistry) -> Callable[[str], Found]:
     return find
 
 
-def load_maps(options: ServerOptions, progress: MapProgress) -> MapRegistry:
-    """All maps that can be read; each other one is a log line.
-
-    Raises MapFileError if there is none: that of the first.
-    """
-    maps = MapRegistry()
-    info = _owner_info()
-    first: Optional[MapFileError] = None
-    for request in options.maps:
-        progress.reading(request.path)
-        try:
-            found, notes = load(request, rospy.Time.now(), info, options.read_only)
-        except MapFileError as error:
-            first = first or error
-            if len(options.maps) > 1:
-                rospy.logerr("not served: %s", error)
-            continue
-        for note in notes + owner_notes(found, options.read_only):
-            rospy.loginfo("%s", one_line(note))
-        progress.loaded(request.path, notes)
-        for served in found:
-            try:
-                maps.add(served)
-            except ValueError as error:
-                rospy.logerr("%s", error)
-                served.labels.close()
-    if not len(maps) and first is not None:
-        raise first
-    return maps
-
-
 def _owner_info():
     return {
         **owner_info("cluster_label", "delete_label", "set_label_color"),
@@ -103,8 +83,10 @@ def _running() -> Iterator[None]:
     options = parse(rospy.get_param("~", {}), rospy.myargv(sys.argv)[1:])
     progress = MapProgress()
     with ended_by_signals():
-        maps = load_maps(options, progress)
-    server = MapServer(maps, options, progress)
+        maps = MapRegistry()
+        opening = MapOpening(maps, options, progress, _owner_info())
+        opening.open_first()
+    server = MapServer(maps, options, progress, opening)
     try:
         for text in progress.describe():
             rospy.loginfo("%s", text)

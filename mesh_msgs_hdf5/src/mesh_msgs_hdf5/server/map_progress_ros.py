@@ -29,8 +29,11 @@ class MapProgress:
         self._descriptions: Dict[str, str] = {}
         self._said = ""
 
-    def reading(self, path: str) -> None:
-        """A file is going to be read."""
+    def reading(self, path: str, waits: str = "") -> None:
+        """A file is going to be read; waits: as soon as this is over."""
+        if waits:
+            self._say("reading %s" % one_line("%s, but %s" % (path, waits)))
+            return
         try:
             size = " (%.1f MB)" % (os.stat(path).st_size / 1e6)
         except OSError:

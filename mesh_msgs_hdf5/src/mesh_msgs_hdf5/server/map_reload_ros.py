@@ -1,5 +1,5 @@
 """Loads a map anew when another program has changed its file."""
-from typing import Any, Dict
+from typing import Any, Dict, Set
 
 import rospy
 
@@ -39,6 +39,11 @@ class MapReload:
         # A file that was replaced since it was loaded is loaded anew.
         self._known = {served.path: served.loaded_stamp for served in maps}
         self._before = self._known
+        self._locked: Set[str] = set()  # that another program has open to write, which was said
+
+    def watch(self, served: ServedMap) -> None:
+        """Look at one more map, which has just been loaded."""
+        self._known = {**self._known, served.path: served.loaded_stamp}
 
     def look(self) -> None:
         """To be called now and then, in one thread."""
@@ -49,7 +54,7 @@ class MapReload:
             if now[path] != self._known.get(path) and now[path] == self._before.get(path):
                 if served.is_changed(now[path]):
                     self._look_at(served)
-        settled = {path for path in now if now[path] == self._before.get(path)}
+        settled = {path for path in now if now[path] == self._before.get(path)} - self._locked
         self._known = {path: (now if path in settled else self._known).get(path) for path in now}
         self._before = now
         self._progress.ready(self._maps)
@@ -60,6 +65,7 @@ class MapReload:
     def _look_at(self, served: ServedMap) -> None:
         try:
             source = source_now(served.request)
+            self._locked.discard(served.path)
             if source.uuid == served.uuid and not served.is_ended:
                 self._publish_again(served, source)
                 return
@@ -73,9 +79,18 @@ class MapReload:
                 return
             self._reload(served)
         except (MapFileError, ValueError, MemoryError) as error:
+            if isinstance(error, MapFileError) and error.code == "locked":
+                self._wait_for(served, error)
+                return
+            self._locked.discard(served.path)
             text = str(error) or "%s: there is not enough memory" % served.name
             rospy.logerr("the new file is not served: %s", one_line(text))
             self._progress.failed(served.path, text)
+
+    def _wait_for(self, served: ServedMap, error: MapFileError) -> None:
+        if served.path not in self._locked:
+            self._locked.add(served.path)
+            rospy.logwarn("%s; what is new in it is served as soon as that is done", error)
 
     def _publish_again(self, served: ServedMap, source: Members) -> None:
         self._progress.failed(served.path, "")

@@ -25,6 +25,7 @@ _LABELS = "cluster_label"
 _QUEUE = 10
 _POLL = 0.5  # seconds between two looks at what is to be done
 _LATEST = 10  # with an endless stream of messages, it is saved after so many save_delays
+_TRY_AGAIN = 1.0  # seconds until what another program has open is tried once more
 _AGAIN = 60.0  # seconds until the same warning is logged once more
 _WARNINGS = 1000  # different ones that are remembered
 _TOPICS = (
@@ -143,12 +144,13 @@ class MapStore:
         if not again:
             rospy.logwarn("%s", one_line(text))
 
-    def _expect_more(self) -> None:
-        now = time.monotonic()
+    def _expect_more(self, at_least: float = 0.0) -> None:
+        """Save soon, but not before so many seconds."""
+        now, delay = time.monotonic(), max(self._delay, at_least)
         with self._wake:
             if self._latest is None:
-                self._latest = now + _LATEST * self._delay
-            self._due = min(now + self._delay, self._latest)
+                self._latest = now + _LATEST * delay
+            self._due = min(now + delay, self._latest)
             self._wake.notify_all()
 
     def _run(self) -> None:
@@ -178,7 +180,7 @@ class MapStore:
 
     def _save(self, fold_labels: bool = False) -> Tuple[List[str], List[str]]:
         """Save all maps; returns (what was saved, what was not) as sentences, which are logged."""
-        saved, failed = [], []
+        saved, failed, locked = [], [], []
         for served in self._maps:
             for save in [served.save] + ([served.fold_labels] if fold_labels else []):
                 started = time.monotonic()
@@ -191,11 +193,18 @@ class MapStore:
                         saved.append("saved %s to %s in %.2f s" % (done, served.target, seconds))
                 except MapFileError as error:
                     failed.append("not saved: %s" % error)
+                    if error.code == "locked" and not served.is_saved:
+                        locked.append(failed[-1])
                 except MemoryError:
                     failed.append("not saved: %s: there is not enough memory" % served.target)
         for line in saved:
             rospy.loginfo("%s", one_line(line))
         for line in failed:
-            rospy.logerr("%s", one_line(line))
+            if line in locked:  # is tried again soon, which needs no line each time
+                self._warn(line)
+            else:
+                rospy.logerr("%s", one_line(line))
+        if locked and not self._closed:
+            self._expect_more(_TRY_AGAIN)
         self.unsaved = failed
         return saved, failed

@@ -5,7 +5,7 @@ from typing import Iterator
 import h5py
 
 from mesh_msgs_hdf5.files.probe import check_regular, kind_of, read_head
-from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import HDF5_ERRORS, translated
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import HDF5_ERRORS, is_locked, translated
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 # h5py before 3.5 cannot choose; with it a file on a disk without locks still opens
@@ -19,7 +19,8 @@ def reading(path: PathLike) -> Iterator[h5py.File]:
     try:
         opened = h5py.File(path, "r", **_LOCKING)
     except HDF5_ERRORS as error:
-        _check_format(path)
+        if not is_locked(error):
+            _check_format(path)
         raise translated(path, error) from error
     try:
         with opened as file:

@@ -60,6 +60,9 @@ def translated(path: PathLike, error: BaseException, building: bool = False) -> 
             "there is not enough memory to read it: %s" % text,
             "is it a mesh map? If so, read its arrays one by one",
         )
+    locked = is_locked(error)
+    if locked:
+        return MapFileError("locked", path, "another program has it open to write", locked)
     if "truncated file" in text:
         return MapFileError(
             "truncated", path, "the file is cut off (%s)" % text, "copy or fetch it again"
@@ -70,6 +73,15 @@ def translated(path: PathLike, error: BaseException, building: bool = False) -> 
         "the file is damaged; HDF5 says: %s" % text,
         "restore it from a copy, or import the mesh again",
     )
+
+
+def is_locked(error: BaseException) -> str:
+    """The way out if HDF5 does not open a file because a program has it open to write; else ""."""
+    if isinstance(error, BlockingIOError) or "unable to lock file" in str(error):
+        return "close the program that has it open"
+    if "already open for write" in str(error):  # a mark in the file, which a killed program leaves
+        return "close the program that has it open; if it was killed: h5clear -s FILE"
+    return ""
 
 
 def link_kind(group: h5py.Group, name: str) -> Optional[int]:
