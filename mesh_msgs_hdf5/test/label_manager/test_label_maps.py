@@ -193,6 +193,61 @@ def test_old_labels_are_imported_on_request(tmp_path, folder, path):
     maps.close()
 
 
+def test_old_labels_in_the_own_folder_are_there(tmp_path):
+    """As the released launch file has it: ~folder_path is that of label_manager 1.x."""
+    old = dat_folder(tmp_path, UUID)
+    before = {path: path.read_bytes() for path in old.rglob("*.dat")}
+    maps = LabelMaps(old)
+    assert maps.uuids() == [UUID, "mesh", "stranger"]
+    labels = maps.find(UUID)
+    assert plain(labels.all()) == {
+        "bad_1": ([60], None),
+        "house_1": ([59], None),
+        "tree_1": ([3, 5], None),
+    }
+    assert labels.groups() == ["bad", "house", "tree"] and list(labels.group("tree")) == ["tree_1"]
+    notes = "\n".join(maps.taken_notes())
+    assert "3 labels of label_manager 1.x" in notes and "torn_1.dat" in notes and "byte 2" in notes
+    assert labels.delete("house_1").faces.tolist() == [59]
+    labels.set("tree_1", [7], override=False)
+    maps.close()
+    maps = LabelMaps(old)  # what was deleted does not come back, what was added stays
+    expected = {"bad_1": ([60], None), "tree_1": ([3, 5, 7], None)}
+    assert plain(maps.find(UUID).all()) == expected
+    maps.close()
+    assert {path: path.read_bytes() for path in old.rglob("*.dat")} == before
+
+
+def test_old_labels_in_the_own_folder_move_into_the_map_once(tmp_path, path):
+    uuid = MapFile(path).uuid
+    old = dat_folder(tmp_path, uuid)
+    for start in range(2):
+        maps = LabelMaps(old)
+        store = maps.add(path)
+        maps.move_to_the_only_map()
+        notes = "\n".join(maps.taken_notes())
+        assert ("2 labels moved" in notes and "1 labels moved" in notes) == (start == 0)
+        assert "label bad_1" in notes  # of a face that the mesh does not have
+        expected = {"bush_1": ([4], None), "house_1": ([59], None)}
+        if not start:
+            expected["tree_1"] = ([1, 2, 3, 5], (9, 8, 7))
+        assert plain(store.all()) == expected == plain(maps.find("mesh").all())
+        if not start:
+            store.delete("tree_1")
+        maps.save()
+        maps.close()
+    assert sorted(MapFile(path).label_names()) == ["bush_1", "house_1"]
+
+
+def test_old_labels_for_any_mesh_stay_where_two_maps_are(tmp_path, path, other_path):
+    maps = LabelMaps(dat_folder(tmp_path, UUID))
+    for name in (path, other_path):
+        maps.add(name)
+    maps.move_to_the_only_map()
+    assert maps.find("mesh").names() == ["bush_1"]
+    maps.close()
+
+
 def test_a_map_that_another_process_owns_is_read(folder, path):
     owner = LabelStore(path, owner_info={"node": "/server"})
     maps = LabelMaps(folder)

@@ -242,6 +242,24 @@ class Labels(unittest.TestCase):
         self.assertTrue(answer.success, answer.message)
         self.assertEqual(manager.clusters()["bush_2"], [8])
 
+    def test_old_labels_are_there_as_the_released_launch_file_has_it(self):
+        old = os.path.join(self.labels, STRANGER)
+        os.makedirs(old)
+        with open(os.path.join(old, "tree_1.dat"), "wb") as file:
+            file.write(b",5,3")
+        manager = self.start("one")
+        self.assertEqual(manager.clusters(STRANGER), {"tree_1": [3, 5]})
+        self.assertEqual(
+            manager.call("get_label_groups", GetLabelGroups, STRANGER).labels, ["tree"]
+        )
+        answer = manager.call("delete_label", DeleteLabel, STRANGER, "tree_1")
+        self.assertEqual(list(answer.cluster.face_indices), [3, 5])
+        manager.stop()
+        manager = self.start("two")
+        self.assertEqual(manager.clusters(STRANGER), {})
+        manager.stop()
+        self.assertEqual(os.listdir(old), ["tree_1.dat"])
+
     def test_labels_of_a_map_with_another_owner_are_sent_there(self):
         owner = self.start("owner", "_map_file:=" + self.map)
         other = self.start("other", "_map_file:=" + self.map)

@@ -1,6 +1,7 @@
 """Node label_manager: stores labeled clusters of faces, and answers what is labeled."""
 import contextlib
-from typing import Any, Iterator, List, Set
+import time
+from typing import Any, Iterator, List, Optional, Set
 
 import rospy
 from mesh_msgs import arrays, validation
@@ -22,6 +23,7 @@ from mesh_msgs_hdf5.ros.run_node_ros import run_node
 _OWN, _SHARED = "~cluster_label", "cluster_label"
 _QUEUE = 100
 _POLL = 0.5  # seconds between two looks whether somebody wants the colors of labels
+_LOCKED_AGAIN = 1.0  # seconds until a file that another program has open is tried once more
 _QUIET = 10  # seconds between two equal error lines
 
 
@@ -146,13 +148,14 @@ def load_maps(options: LabelOptions) -> LabelMaps:
     try:
         for path in options.maps:
             try:
-                store = maps.add(path, options.part)
+                store = _added(maps, path, options.part)
             except MapFileError as error:
                 if len(options.maps) == 1:
                     raise
                 rospy.logerr("not loaded: %s", error)
                 continue
             rospy.loginfo("%s", one_line(describe(store)))
+        maps.move_to_the_only_map()
         if not options.maps:
             rospy.loginfo("no ~map_file is named: labels are kept in %s", maps.folder)
         if options.import_at_start:
@@ -162,6 +165,21 @@ def load_maps(options: LabelOptions) -> LabelMaps:
         maps.close()
         raise
     return maps
+
+
+def _added(maps: LabelMaps, path: str, part: Optional[str]) -> LabelEdits:
+    """The labels of a map, which is waited for while another program has it open to write."""
+    said = False
+    while True:
+        try:
+            return maps.add(path, part)
+        except MapFileError as error:
+            if error.code != "locked":
+                raise
+            if not said:
+                rospy.logwarn("%s; it is loaded as soon as that is done", error)
+                said = True
+        time.sleep(_LOCKED_AGAIN)
 
 
 def describe(store: LabelEdits) -> str:

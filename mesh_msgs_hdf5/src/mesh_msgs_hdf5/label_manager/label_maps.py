@@ -7,7 +7,7 @@ from urllib.parse import quote, unquote
 
 from mesh_msgs_hdf5.files.confine import confined_path
 from mesh_msgs_hdf5.label_manager.dat_files import dat_uuids, read_dat_folder
-from mesh_msgs_hdf5.labels.label_edits import LabelEdits
+from mesh_msgs_hdf5.labels.label_edits import LabelEdits, frozen
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Label
@@ -18,31 +18,53 @@ _THE_ONLY_ONE = ("", "mesh")
 _MAX_LOOSE = 256
 
 
-class _NoMap:
-    """A base without labels (see LabelBase)."""
+class _DatBase:
+    """A base without a map (see LabelBase): the .dat files of label_manager 1.x in the folder, if
+    there are some. They are only read: edits of them, deletions too, are in the journal.
+
+    Attribute notes: sentences for the user.
+    """
 
     part: Optional[str] = None
     face_count: Optional[int] = None
-    names: FrozenSet[str] = frozenset()
 
-    def __init__(self, path: str, uuid: str) -> None:
+    def __init__(self, path: str, uuid: str, folder: str) -> None:
         self.path, self.uuid = path, uuid
+        self.notes: List[str] = []
+        self._labels: Dict[str, Label] = {}
+        if os.path.isdir(os.path.join(folder, uuid)):
+            self._read(folder, uuid)
+        self.names: FrozenSet[str] = frozenset(self._labels)
+
+    def _read(self, folder, uuid):
+        try:
+            if uuid not in dat_uuids(folder):
+                return
+            found = read_dat_folder(folder, uuid)
+        except MapFileError as error:
+            self.notes.append("not read: %s" % error)
+            return
+        self._labels = {text: frozen(Label(faces)) for text, faces in found.labels.items()}
+        text = "%d labels of label_manager 1.x are read from %s"
+        self.notes.append(text % (len(self._labels), os.path.join(folder, uuid)))
+        self.notes += ["not read: %s" % problem for problem in found.problems]
 
     def refresh(self) -> bool:
         return False
 
-    def get(self, _text: str) -> Optional[Label]:
-        return None
+    def get(self, text: str) -> Optional[Label]:
+        return self._labels.get(text)
 
     def all(self) -> Dict[str, Label]:
-        return {}
+        return dict(self._labels)
 
 
 class LooseLabels(LabelEdits):
     """The interface of LabelStore for a UUID without a map.
 
-    All labels are in a journal <uuid>.labels.journal in a folder, which stays. Face indices are not
-    checked against a mesh. dirty is False, save() does nothing.
+    All labels are in a journal <uuid>.labels.journal in a folder, which stays, on top of those that
+    label_manager 1.x has left there. Face indices are not checked against a mesh. dirty is False,
+    save() does nothing.
     """
 
     def __init__(
@@ -61,7 +83,9 @@ class LooseLabels(LabelEdits):
                 "save", folder, "the folder cannot be made: %s" % error.strerror, "name another one"
             ) from error
         path = confined_path(folder, name, suffixes=(".journal",))
-        super().__init__(_NoMap(path, uuid), path, owner_info)
+        base = _DatBase(path, uuid, folder)
+        super().__init__(base, path, owner_info)
+        self.notes[:0] = base.notes
 
     @property
     def dirty(self) -> bool:
@@ -75,13 +99,15 @@ class LooseLabels(LabelEdits):
 
 def loose_uuids(folder: PathLike) -> List[str]:
     """The UUIDs that have such labels in a folder, sorted; none if it cannot be read."""
-    found = []
+    found: List[str] = []
+    with contextlib.suppress(MapFileError, OSError):
+        found += dat_uuids(folder)
     with contextlib.suppress(OSError):
         for name in os.listdir(folder):
             uuid = unquote(name[: -len(_SUFFIX)])
             if name.endswith(_SUFFIX) and quote(uuid, safe="") + _SUFFIX == name:
                 found.append(uuid)
-    return sorted(found)
+    return sorted(set(found))
 
 
 def _file_name(folder, uuid):
@@ -112,7 +138,8 @@ class LabelMaps:
         self._lock = threading.RLock()
         self._maps: Dict[str, LabelStore] = {}
         self._loose: Dict[str, LooseLabels] = {}
-        for uuid in loose_uuids(self.folder)[:_MAX_LOOSE]:
+        known = loose_uuids(self.folder)
+        for uuid in known[: _MAX_LOOSE + 1]:  # the first of too many says so
             try:
                 self._make_loose(uuid)
             except MapFileError as error:
@@ -136,6 +163,14 @@ class LabelMaps:
             if store.uuid in self._loose and store.is_owner:
                 self._notes += self._adopt(store, self._loose[store.uuid])
         return store
+
+    def move_to_the_only_map(self) -> None:
+        """Labels for "mesh", as clients of 1.x call every geometry, belong to the only map,
+        once all are added."""
+        with self._lock:
+            stores = list(self._maps.values())
+            if len(stores) == 1 and stores[0].is_owner and "mesh" in self._loose:
+                self._notes += self._adopt(stores[0], self._loose["mesh"])
 
     def taken_notes(self) -> List[str]:
         """Sentences for the user, each given once."""
@@ -262,7 +297,8 @@ class LabelMaps:
                 moved += 1
             except MapFileError as error:
                 notes.append("not moved: %s" % error)
-        notes.append("%d labels moved from %s to %s" % (moved, loose.path, store.path))
+        if moved or notes:  # else they were moved before, or deleted
+            notes.append("%d labels moved from %s to %s" % (moved, loose.path, store.path))
         if not loose.names():
             loose.close()
             del self._loose[loose.uuid]
