@@ -90,6 +90,7 @@ def test_info_for_programs(square, tmp_path, capsys):
         "textures": [],
         "materials": None,
         "labels": {"count": 0, "classes": {}},
+        "unsaved_labels": 0,
         "features": None,
         "source": file.source,
         "notes": [],
@@ -235,7 +236,7 @@ def test_a_map_that_appears_meanwhile_is_not_replaced(square, tmp_path, capsys, 
         out.write_bytes(b"precious")
         return read_mesh(path, part, **options)
 
-    monkeypatch.setattr("mesh_msgs_hdf5.commands.import_mesh.read_mesh", slow)
+    monkeypatch.setattr("mesh_msgs_hdf5.commands.import_mesh.read_map", slow)
     assert main(["import", str(square), str(out)]) == 1
     assert "exists already" in capsys.readouterr().err and out.read_bytes() == b"precious"
 

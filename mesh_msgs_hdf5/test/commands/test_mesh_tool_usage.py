@@ -279,7 +279,7 @@ def test_ctrl_c_is_one_line_and_leaves_nothing(tmp_path):
         "from mesh_msgs_hdf5.commands.mesh_tool import main\n"
         "def wait(*arguments, **keywords):\n"
         "    print('waiting', flush=True)\n    time.sleep(60)\n"
-        "verb.read_mesh = wait\n"
+        "verb.read_map = wait\n"
         "sys.exit(main(sys.argv[1:]))\n"
     )
     (tmp_path / "a.ply").write_bytes(b"ply\n")

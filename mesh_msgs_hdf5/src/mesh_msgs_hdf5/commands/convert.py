@@ -10,6 +10,8 @@ from mesh_msgs_hdf5.commands._common import (
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.isolation import isolated
+from mesh_msgs_hdf5.labels.map_contents import all_label_changes
+from mesh_msgs_hdf5.labels.replaced_maps import check_journals, save_journals, uuids_of
 
 NAME = "convert"
 HELP = "make a map file of schema S1 of one of any schema (S0, S1, S2, LVR2's); keeps all groups"
@@ -30,17 +32,26 @@ def run(arguments: argparse.Namespace) -> int:
     check_output(arguments.input, arguments.output, arguments.force)
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("converting " + arguments.input)
-        notes = isolated(
+        changes, notes = all_label_changes(arguments.input)
+        check_journals(arguments.output, lambda: _new_uuids(arguments.input))
+        notes += isolated(
             "convert",
             arguments.input,
             arguments.output,
             part=arguments.part,
             profile=arguments.profile,
             overwrite=arguments.force,
+            label_changes=changes,
         )
+        notes += save_journals(arguments.output)
     size = file_bytes(arguments.output)
     value = {"input": arguments.input, "output": arguments.output, "profile": arguments.profile}
     value.update(notes=notes, file_bytes=size)
     lines = ["  note: " + note for note in notes]
     say(arguments, value, lines + ["%s: saved, %d bytes" % (arguments.output, size)])
     return 0
+
+
+def _new_uuids(path):
+    uuids = uuids_of(path)
+    return {"mesh": uuids.get(""), **uuids}  # the root becomes mesh

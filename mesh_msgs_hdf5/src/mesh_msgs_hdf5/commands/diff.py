@@ -1,10 +1,11 @@
 """mesh_tool diff: what differs between two meshes."""
 import argparse
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.commands._common import add_output_options, say
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.comparison.diff import MEMBERS, compare
-from mesh_msgs_hdf5.formats.any_mesh import open_members
+from mesh_msgs_hdf5.labels.map_contents import open_map
 
 NAME = "diff"
 HELP = "say what differs between two meshes (exit code 0: nothing, 1: something, 2: trouble)"
@@ -43,10 +44,10 @@ _tolerance.__name__ = "tolerance"
 def run(arguments: argparse.Namespace) -> int:
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.one)
-        one = open_members(arguments.one, arguments.part)
+        one = open_map(arguments.one, arguments.part)
         progress.stage("reading " + arguments.other)
         other_part = arguments.other_part or arguments.part
-        other = open_members(arguments.other, other_part)
+        other = open_map(arguments.other, other_part)
         found = compare(
             one.members,
             other.members,
@@ -54,11 +55,17 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.ignore,
             lambda member: progress.stage("comparing " + member),
         )
+        notes = []
+        if "labels" not in arguments.ignore:
+            notes = one.members.label_notes + other.members.label_notes
+            for note in () if arguments.quiet or arguments.json else notes:
+                progress.write("  note: " + one_line(note))
     value = {
         "one": arguments.one,
         "other": arguments.other,
         "tolerance": arguments.tolerance,
         "same": not found,
+        "notes": notes,
         "differences": [difference._asdict() for difference in found],
     }
     say(arguments, value, (difference.line() for difference in found))

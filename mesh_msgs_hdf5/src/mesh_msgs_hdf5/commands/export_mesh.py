@@ -10,7 +10,7 @@ from mesh_msgs_hdf5.commands._common import (
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.formats.exporter import check_georeferenced, write_mesh
-from mesh_msgs_hdf5.formats.importer import read_mesh
+from mesh_msgs_hdf5.labels.map_contents import read_map
 
 NAME = "export"
 HELP = "write a mesh for other programs (.ply .obj .stl .glb); says what the format cannot hold"
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
         check_georeferenced(arguments.output)
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.input)
-        mesh, report = read_mesh(arguments.input, arguments.part)
+        mesh, report = read_map(arguments.input, arguments.part)
         progress.stage("writing " + arguments.output)
         notes = write_mesh(
             arguments.output, mesh, arguments.force, arguments.layer, arguments.georeferenced

@@ -10,7 +10,8 @@ from mesh_msgs_hdf5.commands._common import (
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.formats.base.options import AUTO, NEEDED
-from mesh_msgs_hdf5.formats.importer import read_mesh
+from mesh_msgs_hdf5.labels.map_contents import read_map
+from mesh_msgs_hdf5.labels.replaced_maps import check_journals, save_journals
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.schema import check_frame_id
 
@@ -73,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_output(arguments.input, arguments.output, arguments.force)
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.input)
-        mesh, report = read_mesh(
+        mesh, report = read_map(
             arguments.input,
             arguments.part,
             origin=arguments.origin or NEEDED,
@@ -84,12 +85,14 @@ def run(arguments: argparse.Namespace) -> int:
         mesh.frame_id = arguments.frame or mesh.frame_id
         mesh.crs = mesh.crs if arguments.crs is None else arguments.crs
         progress.stage("saving " + arguments.output)
+        check_journals(arguments.output, lambda: {"mesh": mesh.uuid})
         MapFile.write(
             arguments.output,
             mesh,
             overwrite=arguments.force,
             compression=arguments.compression,
         )
+        notes = report.notes + save_journals(arguments.output)
     size, uuid = file_bytes(arguments.output), mesh.uuid
     value = {
         "input": arguments.input,
@@ -97,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
         "format": report.format,
         "vertices": report.vertices,
         "faces": report.faces,
-        "notes": report.notes,
+        "notes": notes,
         "file_bytes": size,
         "frame_id": mesh.frame_id,
         "origin": mesh.origin,
@@ -105,6 +108,8 @@ def run(arguments: argparse.Namespace) -> int:
         "uuid": uuid,
     }
     saved = "%s: saved, %d bytes, frame %s, uuid %s"
-    lines = report.lines() + [saved % (arguments.output, size, mesh.frame_id, uuid)]
+    lines = report.lines()
+    lines += ["  note: " + note for note in notes[len(report.notes) :]]
+    lines += [saved % (arguments.output, size, mesh.frame_id, uuid)]
     say(arguments, value, lines)
     return 0

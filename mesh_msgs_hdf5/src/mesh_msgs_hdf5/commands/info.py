@@ -63,15 +63,21 @@ def _rows(summary):
         classes = summary["labels"]["classes"].items()
         shown = ", ".join("%s (%s)" % (name, _labels(entry)) for name, entry in classes)
         yield "labels", "%d: %s" % (summary["labels"]["count"], shown)
+    if summary["unsaved_labels"]:
+        text = "%d label edits that are not in the file yet (shown; mesh_tool repack saves them)"
+        yield "journal", text % summary["unsaved_labels"]
     if summary["features"]:
         yield "features", "{count} with {dimensions} numbers each".format(**summary["features"])
     for other in summary["other_contents"]:
         yield "also", other
     source = dict(summary["source"])
-    notes = source.pop("notes", []) if summary["parts"] else summary["notes"]
+    notes = list(summary["notes"])
+    if summary["parts"]:  # those of the import
+        made = source.pop("notes", [])
+        notes = (made if isinstance(made, list) else [made]) + notes
     if source:
         yield "source", json.dumps(source, sort_keys=True, ensure_ascii=False)
-    for note in notes if isinstance(notes, list) else [notes]:
+    for note in notes:
         yield "note", note
     if summary["arrays_read"] is not None:
         yield "read", ", ".join(summary["arrays_read"]) or "no arrays"

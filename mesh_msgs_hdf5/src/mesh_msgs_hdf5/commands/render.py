@@ -11,7 +11,7 @@ from mesh_msgs_hdf5.commands._common import (
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.files.save import save_file
-from mesh_msgs_hdf5.formats.any_mesh import open_members
+from mesh_msgs_hdf5.labels.map_contents import open_map
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.rendering.render import choose_paint
 from mesh_msgs_hdf5.rendering.render_camera import VIEWS
@@ -85,7 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_output(arguments.file, arguments.output, arguments.force, (".png",))
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.file)
-        file = open_members(arguments.file, arguments.part).members
+        file = open_map(arguments.file, arguments.part).members
         if not file.face_count:
             raise MapFileError("no_faces", arguments.file, "the mesh has no faces to draw", "")
         mesh, what, name = _mesh(file, arguments)
@@ -100,9 +100,11 @@ def run(arguments: argparse.Namespace) -> int:
         save_file(arguments.output, png, overwrite=arguments.force)
     width, height = arguments.size
     value = {"input": arguments.file, "output": arguments.output, "width": width, "height": height}
-    value.update(file_bytes=file_bytes(arguments.output))
+    notes = file.label_notes if what == "labels" else []
+    value.update(file_bytes=file_bytes(arguments.output), notes=notes)
+    lines = ["  note: " + note for note in notes]
     text = "{output}: written, {width} x {height} pixels, {file_bytes} bytes"
-    say(arguments, value, [text.format(**value)])
+    say(arguments, value, lines + [text.format(**value)])
     return 0
 
 

@@ -1,10 +1,13 @@
 """mesh_tool repack: the same map file, written anew."""
 import argparse
+import os
 
 from mesh_msgs_hdf5.commands._common import add_output_options, check_output, file_bytes, say
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.files.probe import read_head
 from mesh_msgs_hdf5.isolation import isolated
+from mesh_msgs_hdf5.labels.map_contents import all_label_changes
+from mesh_msgs_hdf5.labels.replaced_maps import check_journals, save_journals, uuids_of
 
 NAME = "repack"
 HELP = "write a map file anew: without the gaps that other programs left, compressed or not"
@@ -32,9 +35,18 @@ def run(arguments: argparse.Namespace) -> int:
     before = file_bytes(arguments.input)
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("repacking " + arguments.input)
-        isolated("repack", arguments.input, output, arguments.compression, arguments.force)
+        options = [output, arguments.compression, arguments.force]
+        if os.path.exists(output) and os.path.samefile(arguments.input, output):
+            notes = save_journals(output)
+            isolated("repack", arguments.input, *options)
+        else:
+            changes, notes = all_label_changes(arguments.input)
+            check_journals(output, lambda: uuids_of(arguments.input))
+            isolated("repack", arguments.input, *options, label_changes=changes)
+            notes += save_journals(output)
     after = file_bytes(output)
     value = {"input": arguments.input, "output": output, "compression": arguments.compression}
-    value.update(bytes_before=before, file_bytes=after)
-    say(arguments, value, ["%s: saved, %d bytes (before: %d)" % (output, after, before)])
+    value.update(bytes_before=before, file_bytes=after, notes=notes)
+    lines = ["  note: " + note for note in notes]
+    say(arguments, value, lines + ["%s: saved, %d bytes (before: %d)" % (output, after, before)])
     return 0

@@ -4,7 +4,8 @@ from typing import Any, Dict, List, Optional
 
 import numpy as np
 
-from mesh_msgs_hdf5.formats.any_mesh import Members, open_members
+from mesh_msgs_hdf5.formats.any_mesh import Members
+from mesh_msgs_hdf5.labels.map_contents import open_map
 from mesh_msgs_hdf5.model.label_names import split_label
 from mesh_msgs_hdf5.model.layer_meaning import NONE, OTHER, computed_with, meaning_of
 
@@ -16,9 +17,11 @@ def summarize(path: str, part: Optional[str] = None, fast: bool = False) -> Dict
     with fast none is. Other formats are read as a whole. The result is made of dicts, lists, texts
     and numbers. Raises MapFileError.
     """
-    file, form, notes, _ = open_members(path, part)
+    file, form, notes, _ = open_map(path, part)
     with file:
         summary = _summary(file, fast and form == "HDF5")
+        summary["unsaved_labels"] = file.unsaved_count
+        notes = list(notes) + file.label_notes
     if form != "HDF5":
         summary["arrays_read"] = None
     head = {"path": os.fsdecode(path), "format": form, "file_bytes": os.stat(path).st_size}

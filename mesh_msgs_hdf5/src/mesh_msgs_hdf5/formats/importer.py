@@ -3,7 +3,8 @@
 import datetime
 import hashlib
 import os
-from typing import Any, Callable, Dict, Optional, Tuple
+import types
+from typing import Any, Callable, Dict, Mapping, Optional, Tuple
 
 from mesh_msgs.checks.rounding import is_too_much
 
@@ -15,8 +16,9 @@ from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.merge import merge_vertices
 from mesh_msgs_hdf5.formats.repair import repair
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
+from mesh_msgs_hdf5.model.edit import changed_labels
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
-from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
 
 # Each format is imported when the first file of it is read: nodes read map files, and start sooner.
@@ -96,14 +98,18 @@ def import_suffixes() -> Tuple[str, ...]:
 
 
 def read_mesh(
-    path: PathLike, part: Optional[str] = None, **options: Any
+    path: PathLike,
+    part: Optional[str] = None,
+    label_changes: Mapping[str, Optional[Label]] = types.MappingProxyType({}),
+    **options: Any,
 ) -> Tuple[Mesh, ImportReport]:
     """The mesh of a .ply, .obj, .stl, .off, .dae, .glb, .gltf or .h5 file; what reading it changed.
 
     The content decides where it can, else the suffix. PLY, OBJ and OFF keep the order and number of
     vertices; STL, DAE and glTF are welded, except for glTF that this package wrote. part: which
-    mesh of a map file. options: origin, split_seams, merge_vertices, repair, see formats.options.
-    Every face index and coordinate is checked. Raises MapFileError.
+    mesh of a map file. label_changes: of its labels, as in an Edit (labels.map_contents.read_map
+    has those of the journal). options: origin, split_seams, merge_vertices, repair, see
+    formats.options. Every face index and coordinate is checked. Raises MapFileError.
     """
     path = os.fsdecode(path)
     chosen = checked_options(path, **options)
@@ -118,7 +124,7 @@ def read_mesh(
     report = ImportReport(path, "HDF5" if kind == "h5" else FORMATS[kind][0])
     try:
         if kind == "h5":
-            mesh = _from_map(path, part, chosen, report)
+            mesh = _from_map(path, part, label_changes, chosen, report)
         else:
             mesh = _from_format(path, FORMATS[kind][1], chosen, report)
     except MemoryError as error:
@@ -179,10 +185,12 @@ def _provenance(path, data, before, options, report):
     return source
 
 
-def _from_map(path, part, options, report):
+def _from_map(path, part, label_changes, options, report):
     with IsolatedMapFile(path, part) as file:  # it may come from anywhere
         mesh = file.read()
         others = file.other_contents()
+    if label_changes:
+        mesh.labels = changed_labels(mesh.labels, label_changes)
     if others:
         shown = ", ".join(others[:5]) + (", ..." if len(others) > 5 else "")
         report.note("left out: %d other objects of the file (%s)", len(others), shown)

@@ -13,6 +13,7 @@ from mesh_msgs_hdf5.checks.check import checked_label
 from mesh_msgs_hdf5.files.save import stamp
 from mesh_msgs_hdf5.labels.journal import Journal
 from mesh_msgs_hdf5.labels.journal_reading import OwnedError, is_owned, read_journal
+from mesh_msgs_hdf5.model.edit import LabelChanges
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.label_names import MAX_LABELS, natural_order, split_label
 from mesh_msgs_hdf5.model.mesh import Color, Label
@@ -170,6 +171,14 @@ class LabelEdits:
         with self._lock:
             return self._journal is not None and bool(self._needed())
 
+    @property
+    def unsaved(self) -> LabelChanges:
+        """The edits that are not in the map file yet, made here or, as far as is known, by another
+        owner of the labels."""
+        with self._lock:
+            self._refresh()
+            return self._needed()
+
     def set(
         self, text: str, faces: Any, color: Optional[Color] = None, override: bool = True
     ) -> Label:
@@ -282,6 +291,11 @@ class LabelEdits:
                 if note not in self.notes:
                     self.notes.append(note)
                 content = None
+            if content is not None and content.damaged:
+                note = "%d damaged lines of its label edits in %s are not shown"
+                note %= len(content.damaged), self.journal_path
+                if note not in self.notes:
+                    self.notes.append(note)
             self._base.refresh()
             if self._look() == marks:
                 break

@@ -25,10 +25,15 @@ def label_target(path: PathLike, part: Optional[str] = None) -> str:
     garden.h5, those of a mesh to garden.h5 beside garden.ply. Raises MapFileError.
     """
     path = os.path.realpath(os.fsdecode(path))
-    stem = os.path.splitext(path)[0]
     if kind_of(path, read_head(path)) != "h5":
-        return stem + ".h5"
-    return path if IsolatedMapFile(path, part).schema == "S1" else stem + "_s1.h5"
+        return os.path.splitext(path)[0] + ".h5"
+    return label_file(path, IsolatedMapFile(path, part).schema)
+
+
+def label_file(path: PathLike, schema: str) -> str:
+    """label_target() of a map file whose schema is known."""
+    path = os.path.realpath(os.fsdecode(path))
+    return path if schema == "S1" else os.path.splitext(path)[0] + "_s1.h5"
 
 
 class LabelBase:

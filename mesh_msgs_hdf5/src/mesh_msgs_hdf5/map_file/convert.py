@@ -1,13 +1,17 @@
 """Rewrites map files: from any schema to S1, for LVR2, and without unused space."""
 import os
-from typing import Iterable, List, Optional, Set
+import types
+from typing import Iterable, List, Mapping, Optional, Set
 
 import h5py
 
+from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.save import check_target, stamp
 from mesh_msgs_hdf5.map_file.hdf5 import chunks
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_files import reading
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
+from mesh_msgs_hdf5.map_file.writing.check_edit import checked_edit
+from mesh_msgs_hdf5.map_file.writing.edit_writer import apply_edit
 from mesh_msgs_hdf5.map_file.writing.hdf5_stream import Stream, building, reading_stream
 from mesh_msgs_hdf5.map_file.writing.map_saving import bytes_of, part_group, save_built, verify
 from mesh_msgs_hdf5.map_file.writing.object_writer import (
@@ -23,9 +27,11 @@ from mesh_msgs_hdf5.map_file.writing.raw_copy import copy_attributes, copy_every
 from mesh_msgs_hdf5.map_file.writing.references import carry_references
 from mesh_msgs_hdf5.map_file.writing.texture_writer import IMAGE_ATTRIBUTES
 from mesh_msgs_hdf5.model import schema
+from mesh_msgs_hdf5.model.edit import Edit, LabelChanges, changed_labels
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import TEXT
 
+_NONE: Mapping[str, LabelChanges] = types.MappingProxyType({})
 PROFILES = ("s1", "lvr2")
 _NOT_IMAGES = "not textures"  # a group of the part, for what LVR2 would take for a texture
 _KNOWN_ATTRIBUTES = frozenset(IMAGE_ATTRIBUTES) | {
@@ -42,13 +48,16 @@ def convert(
     part: Optional[str] = None,
     profile: str = "s1",
     overwrite: bool = False,
+    label_changes: Mapping[str, LabelChanges] = _NONE,
 ) -> List[str]:
     """Write a part of a map file of any schema as schema S1; returns notes on what changed.
 
     part: as in MapFile. profile: "s1", or "lvr2" with textures and materials as LVR2 had them until
     2024-11, so that its MeshIO loads the file. A part at the root becomes mesh, except in S1.
     Everything else in the file is carried over as it is stored, other parts included; what is in
-    the way gets another name, which is noted. The source is not touched. Raises MapFileError.
+    the way gets another name, which is noted. The source is not touched. label_changes: part ->
+    changes of its labels, of parts that are carried over only where they are of S1. Raises
+    MapFileError.
     """
     if profile not in PROFILES:
         raise MapFileError(
@@ -61,6 +70,10 @@ def convert(
         reader = MapReader(source, source_path, part)
         _check_version(reader)
         mesh = reader.read()
+        if reader.part in label_changes:
+            mesh.labels = changed_labels(mesh.labels, label_changes[reader.part])
+            mesh = checked_mesh(target_path, mesh)
+        others = {part: found for part, found in label_changes.items() if part != reader.part}
         names = PartNames.of_mesh(mesh)
         own = reader.own_paths()
         target_part = _target_part(reader, notes)
@@ -75,10 +88,11 @@ def convert(
                 if profile == "lvr2":
                     _clear_textures(writer, group)
                 PartWriter(writer, group, lvr2=profile == "lvr2").mesh(mesh)
+                _change_labels(writer, source, file, others)
                 carry_references(source, file, writer.moved)
             verify(target_path, stream, writer, target_part, names, source)
 
-        room = source.id.get_filesize() + bytes_of(mesh)
+        room = source.id.get_filesize() + bytes_of(mesh) + bytes_of(dict(label_changes))
         save_built(target_path, build, room, overwrite=overwrite, compact=True)
     return notes
 
@@ -88,12 +102,13 @@ def repack(
     target_path: PathLike,
     compression: str = "gzip",
     overwrite: bool = False,
+    label_changes: Mapping[str, LabelChanges] = _NONE,
 ) -> None:
     """Write a map file anew, without unused space, and with the arrays of its meshes compressed
     ("gzip") or contiguous ("none").
 
     All else is carried over as it is stored. With overwrite, source and target may be the same
-    file. Raises MapFileError.
+    file. label_changes: part -> changes of its labels, where it is of S1. Raises MapFileError.
     """
     check_compression(target_path, compression)
     check_target(target_path, overwrite)
@@ -106,16 +121,30 @@ def repack(
         own = {place for place in own if _is_worth_recoding(source[place])}
 
         def build(stream: Stream) -> None:
+            writer = ObjectWriter(target_path, compression)
             with building(stream, target_path, source) as file:
                 copy_everything(source_path, source, file)
                 for place in sorted(own):
                     _recode(target_path, file[place], compression)
-                carry_references(source, file, {})
+                _change_labels(writer, source, file, label_changes)
+                carry_references(source, file, writer.moved)
             with reading_stream(stream, target_path) as file:
-                RawComparison(target_path, recoded=own).check(source, file)
+                writer.check_written(file)
+                written = writer.removed, writer.created, writer.moved, writer.changed
+                RawComparison(target_path, *written, recoded=own).check(source, file)
 
         room = source.id.get_filesize() + 2 * _stored_bytes(source, own)
+        room += bytes_of(dict(label_changes))
         save_built(target_path, build, room, expected=expected, overwrite=overwrite, compact=True)
+
+
+def _change_labels(writer, source, file, label_changes):
+    """Change labels of parts that are carried over."""
+    for part, changes in label_changes.items():
+        reader = MapReader(source, writer.path, part)
+        if changes and reader.schema == "S1" and reader.schema_version <= schema.VERSION:
+            edit = checked_edit(Edit(labels=dict(changes)), reader)
+            apply_edit(writer, file["/" + part], reader, edit)
 
 
 def _check_not_the_same(source_path, target_path):

@@ -1,10 +1,13 @@
 """A change of a map file: what is to be added, replaced or removed; all else stays as it is."""
 from dataclasses import dataclass, field, fields
-from typing import Any, Dict, FrozenSet, Optional, Tuple
+from typing import Any, Dict, FrozenSet, Mapping, Optional, Tuple
 
 import numpy as np
 
+from mesh_msgs_hdf5.model.label_names import natural_order
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials
+
+LabelChanges = Dict[str, Optional[Label]]  # text -> label; None for one that is deleted
 
 
 @dataclass
@@ -33,6 +36,15 @@ class Edit:
     crs: Optional[str] = None
     source: Optional[Dict[str, Any]] = None
     remove: FrozenSet[str] = frozenset()
+
+
+def changed_labels(
+    labels: Mapping[str, Label], changes: Mapping[str, Optional[Label]]
+) -> Dict[str, Label]:
+    """Labels with changes of them, as those of an Edit; tree_2 before tree_10."""
+    found = {**labels, **changes}
+    texts = sorted((text for text in found if found[text] is not None), key=natural_order)
+    return {text: found[text] for text in texts}
 
 
 def is_empty(edit: Edit) -> bool:

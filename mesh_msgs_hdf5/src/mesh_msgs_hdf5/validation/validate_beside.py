@@ -17,14 +17,18 @@ def check_journal(file: Members) -> Iterator[MapFinding]:
     """A finding if edits of labels have not been saved in the map."""
     try:
         journal = journal_path(file.path, file.part)
-        edits = read_journal(journal, file.uuid, file.face_count).edits
+        content = read_journal(journal, file.uuid, file.face_count)
     except MapFileError as error:
         text = one_line("%s: %s" % (os.path.basename(error.path), error.message))
         yield MapFinding("journal", WARNING, "labels", text)
         return
+    name = one_line(os.path.basename(journal))
+    if content.damaged:
+        text = "lines of %s are damaged: their edits of labels are lost" % name
+        yield MapFinding("journal", WARNING, "labels", text, None, len(content.damaged))
+    edits = content.edits
     if edits:
         text = "edits of labels are in %s but not in the map yet (the node that owns it saves them)"
-        name = one_line(os.path.basename(journal))
         yield MapFinding("journal", WARNING, "labels", text % name, None, len(edits))
 
 
