@@ -63,7 +63,8 @@ def test_the_mark_of_a_program_that_was_killed(path):
 
 
 def test_every_verb_ends_with_that_error(path, capsys, tmp_path):
-    new = str(tmp_path / "new")
+    new, other = str(tmp_path / "new"), tmp_path / "b.h5"
+    other.write_bytes(path.read_bytes())
     with held_open(path):
         for arguments in (
             ["info", path],
@@ -72,6 +73,8 @@ def test_every_verb_ends_with_that_error(path, capsys, tmp_path):
             ["export", path, new + ".ply"],
             ["convert", path, new + ".h5"],
             ["import", path, new + ".h5"],
+            ["import", other, path, "--force"],  # what that program writes would be lost
+            ["parts", "copy", path, "mesh", "new"],
             ["repack", path],
             ["render", path, new + ".png"],
             ["diff", path, path],
@@ -81,4 +84,4 @@ def test_every_verb_ends_with_that_error(path, capsys, tmp_path):
             out, err = capsys.readouterr()
             assert code == (2 if arguments[0] == "diff" else 1), arguments
             assert "close the program that has it open" in out + err and "restore" not in out + err
-    assert os.listdir(tmp_path) == ["a.h5"]
+    assert sorted(os.listdir(tmp_path)) == ["a.h5", "b.h5"]

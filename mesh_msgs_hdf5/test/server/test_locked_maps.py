@@ -1,21 +1,27 @@
 """Maps that another program has open to write when the server wants to read or save them."""
+import contextlib
+import fcntl
 import os
 import threading
+from unittest.mock import Mock
 
 import genpy
 import numpy as np
 import pytest
 import rospy
 from holding import held_open
+from mesh_msgs.testing import wait_until
 from server_samples import everything
 
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.server import map_opening_ros, map_topics_ros
+from mesh_msgs_hdf5.server import map_opening_ros, map_store_ros, map_topics_ros
 from mesh_msgs_hdf5.server.map_opening_ros import MapOpening
 from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
 from mesh_msgs_hdf5.server.map_registry import MapRegistry
 from mesh_msgs_hdf5.server.map_reload_ros import MapReload
+from mesh_msgs_hdf5.server.map_store_ros import MapStore
 from mesh_msgs_hdf5.server.map_topics_ros import MapServerTopics
 from mesh_msgs_hdf5.server.server_options import MapRequest, ServerOptions
 
@@ -117,14 +123,45 @@ def test_what_is_damaged_is_not_waited_for(paths, logged):
     assert refused.value.code == "truncated"
 
 
-def test_a_change_is_served_when_that_program_has_closed_the_file(paths, logged):
+def test_what_was_received_is_saved_when_that_program_has_closed_the_file(
+    paths, logged, monkeypatch
+):
+    monkeypatch.setattr(rospy, "Subscriber", lambda *_args, **_options: Mock())
+    monkeypatch.setattr(rospy, "Service", lambda *_args: Mock())
+    monkeypatch.setattr(map_store_ros, "_TRY_AGAIN", 0.05)
+    maps = MapRegistry()
+    opening(maps, paths[:1]).open_first()
+    (served,) = maps
+    costs = np.full(12, 0.25, np.float32)
+    with held_open(paths[0]):
+        store = MapStore(maps, Mock(), Mock(), Mock(), 0.0, lambda: None)
+        served.overlay.change(Edit(vertex_costs={"new": costs}))
+        store._expect_more()
+        assert wait_until(lambda: store.unsaved)
+        assert not served.is_saved
+    assert wait_until(lambda: served.is_saved and not store.unsaved)
+    assert len(warnings(logged)) == 1 and "has it open" in warnings(logged)[0]
+    store.close()
+    assert np.array_equal(MapFile(paths[0]).vertex_costs("new"), costs)
+
+
+@contextlib.contextmanager
+def locked(path):
+    """By a program that changes nothing any more, so that the file's time stamps stay."""
+    with open(path, "rb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+@pytest.mark.parametrize("hold", [held_open, locked])
+def test_a_change_is_served_when_that_program_has_closed_the_file(paths, logged, hold):
     maps = MapRegistry()
     opening(maps, paths[:1]).open_first()
     topics, progress = MapServerTopics(_Heard()), MapProgress()
     reload = MapReload(maps, topics, progress, {}, False)
     costs = np.full(12, 0.25, np.float32)
     MapFile(paths[0]).write_layers({"new": (costs, {})})
-    with held_open(paths[0]):
+    with hold(paths[0]):
         for _ in range(4):
             reload.look()
         assert len(warnings(logged)) == 1 and "has it open" in warnings(logged)[0]

@@ -4,6 +4,7 @@ from typing import Any, Callable, Iterator, Tuple
 from mesh_msgs_hdf5.map_file import MapFile
 
 WRITING = {"update", "write_layers", "write"}
+WRITING |= {"write_part", "rename_part", "delete_part", "copy_part"}
 # of the methods that need some; in the file of the fixture rich_mesh
 ARGUMENTS = {
     "vertex_costs": ["height_diff"],

@@ -19,6 +19,7 @@ VERBS: Dict[str, str] = {
     "diff": "diff",
     "layers": "layers",
     "labels": "labels",
+    "parts": "parts",
     "repack": "repack",
     "render": "render",
     "completion": "completion",

@@ -28,16 +28,23 @@ def add_part(parser: argparse.ArgumentParser, whose: str = "a map file with seve
 
 
 def add_actions(
-    parser: argparse.ArgumentParser, verb: str, actions: Dict[str, Tuple[str, str]]
+    parser: argparse.ArgumentParser,
+    verb: str,
+    actions: Dict[str, Tuple[str, str]],
+    of_a_part: bool = True,
 ) -> Dict[str, argparse.ArgumentParser]:
-    """A parser with FILE and the common options for each action: name -> (help, example)."""
+    """A parser with FILE and the common options for each action: name -> (help, example).
+
+    of_a_part: --part is one of them.
+    """
     below = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     parsers = {}
     for name, (text, example) in actions.items():
         epilog = "example: rosrun mesh_msgs_hdf5 mesh_tool %s %s %s" % (verb, name, example)
         parsers[name] = below.add_parser(name, help=text, description=text, epilog=epilog)
         parsers[name].add_argument("file", metavar="FILE", help="the map file")
-        add_part(parsers[name])
+        if of_a_part:
+            add_part(parsers[name])
         add_output_options(parsers[name], "say nothing but what was asked for")
     return parsers
 

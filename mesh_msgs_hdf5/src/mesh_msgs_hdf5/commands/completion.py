@@ -8,7 +8,7 @@ import os
 import re
 import shlex
 import sys
-from typing import Any, List
+from typing import Any, List, Sequence
 
 from mesh_msgs_hdf5.model.errors import MapFileError
 
@@ -49,6 +49,13 @@ _ON_ITS_OWN = """_%(function)s() { _%(function)s_words 1; }
 complete -o default -F _%(function)s %(program)s
 """
 _FILES = ("file", "files", "input", "one", "other", "origin")
+# options that name a part -> what may name the file that has it
+_PARTS = {
+    "part": ("file", "input", "one", "files"),
+    "other_part": ("other",),
+    "from_part": ("origin", "input"),
+    "to_part": ("output",),
+}
 _UNQUOTED = re.compile(r"\\.|[#~?\[\]{}]", re.DOTALL)
 _SUFFIXES = ("h5", "hdf5", "ply", "obj", "stl", "off", "dae", "glb", "gltf", "json", "csv")
 
@@ -108,13 +115,15 @@ def _quoted(match):
 
 def _set_completers(parser, files):
     """Give the arguments that are files, or names in a map file, what completes them."""
-    kind = "label" if " labels " in parser.prog else "layer"
+    kind = next((kind for kind in ("label", "part") if " %ss " % kind in parser.prog), "layer")
     for action in parser._actions:
         if isinstance(action.choices, dict):
             for below in action.choices.values():
                 _set_completers(below, files)
         elif action.dest in _FILES and action.type is None:
             action.completer = files
+        elif action.dest in _PARTS:
+            action.completer = _Names("part", _PARTS[action.dest])
         elif action.dest == "view":
             action.completer = _views
         elif action.nargs != 0 and action.dest in ("layer", "face", "name", "names", "old"):
@@ -130,19 +139,24 @@ def _views(**_others: Any) -> List[str]:
 class _Names:
     """Completes names of one kind from the file that was named before."""
 
-    def __init__(self, kind: str) -> None:
-        self._kind = kind
+    def __init__(self, kind: str, files: Sequence[str] = ("origin", "file", "input")) -> None:
+        """files: the arguments of which the first that is given names the file."""
+        self._kind, self._files = kind, files
 
     def __call__(self, prefix: str, parsed_args: argparse.Namespace, **others: Any) -> List[str]:
         # in this process: it ends right after, however hostile the file is
         from mesh_msgs_hdf5.map_file import MapFile
+        from mesh_msgs_hdf5.map_file.map_file import parts_of
 
         given = vars(parsed_args)
-        path = given.get("origin") or given.get("file") or given.get("input")
+        path = next((given[name] for name in self._files if given.get(name)), None)
         kind = "face" if given.get("face") is True else self._kind
+        path = path[0] if isinstance(path, list) else path
         if not path:
             return []
         try:
+            if kind == "part":
+                return [part or "/" for part in parts_of(path)]
             file = MapFile(path, given.get("part"))
             if kind == "label":
                 return file.label_names()

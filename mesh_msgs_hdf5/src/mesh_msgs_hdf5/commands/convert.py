@@ -9,6 +9,7 @@ from mesh_msgs_hdf5.commands._common import (
     say,
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
+from mesh_msgs_hdf5.commands.replaced_output import check_replaced, kept_parts
 from mesh_msgs_hdf5.isolation import isolated
 from mesh_msgs_hdf5.labels.map_contents import all_label_changes
 from mesh_msgs_hdf5.labels.replaced_maps import check_journals, save_journals, uuids_of
@@ -33,6 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("converting " + arguments.input)
         changes, notes = all_label_changes(arguments.input)
+        check_replaced(arguments.output, kept_parts(arguments.input))
         check_journals(arguments.output, lambda: _new_uuids(arguments.input))
         notes += isolated(
             "convert",

@@ -1,5 +1,6 @@
 """mesh_tool import: any mesh file to a map file."""
 import argparse
+import os
 
 from mesh_msgs_hdf5.commands._common import (
     add_output_options,
@@ -8,11 +9,15 @@ from mesh_msgs_hdf5.commands._common import (
     file_bytes,
     say,
 )
+from mesh_msgs_hdf5.commands.part_changes import put
 from mesh_msgs_hdf5.commands.progress import ProgressLine
+from mesh_msgs_hdf5.commands.replaced_output import check_replaced
+from mesh_msgs_hdf5.formats.any_mesh import is_map_file
 from mesh_msgs_hdf5.formats.base.options import AUTO, NEEDED
 from mesh_msgs_hdf5.labels.map_contents import read_map
 from mesh_msgs_hdf5.labels.replaced_maps import check_journals, save_journals
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.schema import check_frame_id
 
 NAME = "import"
@@ -26,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("input", metavar="IN", help="the mesh")
     add("output", metavar="OUT.h5", help="the map file to make")
     add("--frame", help="coordinate frame (default: that of IN if it is a map, else map)")
-    add("--force", action="store_true", help="replace OUT.h5 if it exists")
+    add("--force", action="store_true", help="replace OUT.h5, or the mesh --to-part of it")
     text = "move the mesh near zero and store where it was: the middle of the mesh, or a place in m"
     more = " (default: auto where float32 would round by more than a tenth of the median edge)"
     add("--origin", metavar="auto|X,Y,Z", type=_origin, help=text + more)
@@ -46,6 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "gzip (default), or none: larger and faster"
     add("--compression", choices=("gzip", "none"), default="gzip", help=text)
     add_part(parser, "IN, if it is a map with several")
+    text = "make or (--force) replace this mesh of OUT.h5, and keep all else that is in it"
+    add("--to-part", metavar="NAME", help=text + " (--part means it, too, if IN is no map)")
     add_output_options(parser, "say nothing")
 
 
@@ -71,7 +78,11 @@ _origin.__name__, _tolerance.__name__ = "origin (auto, or X,Y,Z)", "tolerance in
 def run(arguments: argparse.Namespace) -> int:
     if arguments.frame is not None:
         check_frame_id(arguments.output, arguments.frame)
-    check_output(arguments.input, arguments.output, arguments.force)
+    to_part = _target_part(arguments)
+    into = to_part is not None and os.path.exists(arguments.output)
+    check_output(arguments.input, arguments.output, arguments.force or into)
+    if not into:
+        check_replaced(arguments.output)
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.input)
         mesh, report = read_map(
@@ -85,14 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
         mesh.frame_id = arguments.frame or mesh.frame_id
         mesh.crs = mesh.crs if arguments.crs is None else arguments.crs
         progress.stage("saving " + arguments.output)
-        check_journals(arguments.output, lambda: {"mesh": mesh.uuid})
-        MapFile.write(
-            arguments.output,
-            mesh,
-            overwrite=arguments.force,
-            compression=arguments.compression,
-        )
-        notes = report.notes + save_journals(arguments.output)
+        notes = report.notes + _saved(arguments, mesh, to_part, into)
     size, uuid = file_bytes(arguments.output), mesh.uuid
     value = {
         "input": arguments.input,
@@ -113,3 +117,24 @@ def run(arguments: argparse.Namespace) -> int:
     lines += [saved % (arguments.output, size, mesh.frame_id, uuid)]
     say(arguments, value, lines)
     return 0
+
+
+def _target_part(arguments):
+    """The mesh of OUT.h5 that is named; None where the whole file is meant."""
+    if arguments.to_part is None and arguments.part is not None:
+        if not is_map_file(arguments.input):
+            arguments.to_part, arguments.part = arguments.part, None
+    if arguments.to_part is not None and not arguments.to_part.strip("/"):
+        raise MapFileError("part", arguments.output, "a part needs a name", "--to-part floor2")
+    return arguments.to_part
+
+
+def _saved(arguments, mesh, to_part, into):
+    """Save the mesh; returns notes."""
+    output, compression = arguments.output, arguments.compression
+    if into:
+        return put(output, mesh, to_part, arguments.force, compression)[0]
+    part = "mesh" if to_part is None else "/".join(filter(None, to_part.split("/")))
+    check_journals(output, lambda: {part: mesh.uuid})
+    MapFile.write(output, mesh, part, overwrite=arguments.force, compression=compression)
+    return save_journals(output)

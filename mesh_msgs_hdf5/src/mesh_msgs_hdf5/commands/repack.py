@@ -4,6 +4,7 @@ import os
 
 from mesh_msgs_hdf5.commands._common import add_output_options, check_output, file_bytes, say
 from mesh_msgs_hdf5.commands.progress import ProgressLine
+from mesh_msgs_hdf5.commands.replaced_output import check_replaced, kept_parts
 from mesh_msgs_hdf5.files.probe import read_head
 from mesh_msgs_hdf5.isolation import isolated
 from mesh_msgs_hdf5.labels.map_contents import all_label_changes
@@ -41,6 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
             isolated("repack", arguments.input, *options)
         else:
             changes, notes = all_label_changes(arguments.input)
+            check_replaced(output, kept_parts(arguments.input))
             check_journals(output, lambda: uuids_of(arguments.input))
             isolated("repack", arguments.input, *options, label_changes=changes)
             notes += save_journals(output)

@@ -28,6 +28,8 @@ DEFAULT_TIMEOUT = 600.0
 FUNCTIONS: Dict[str, Tuple[str, str]] = {
     "convert": ("mesh_msgs_hdf5.map_file.convert", "convert"),
     "repack": ("mesh_msgs_hdf5.map_file.convert", "repack"),
+    "put_part": ("mesh_msgs_hdf5.map_file.part_changes", "put_part"),
+    "delete_parts": ("mesh_msgs_hdf5.map_file.part_changes", "delete_parts"),
     "parts": ("mesh_msgs_hdf5.map_file.map_file", "parts_of"),
     "collada": ("mesh_msgs_hdf5.formats.dae.assimp", "scene_arrays"),
 }
@@ -93,6 +95,12 @@ class IsolatedMapFile:
     def write(cls, path: PathLike, mesh: Mesh, *arguments: Any, **keywords: Any):
         """As MapFile.write, which reads no file but the one it has just made."""
         return cls(path, MapFile.write(path, mesh, *arguments, **keywords).part)
+
+    @classmethod
+    def write_part(cls, path: PathLike, mesh: Mesh, part: str, *arguments: Any, **keywords: Any):
+        """As MapFile.write_part; the file that is there may be hostile."""
+        isolated("put_part", path, mesh, part, *arguments, **keywords)
+        return cls(path, part)
 
     def close(self) -> None:
         """Refuse further calls (ValueError)."""

@@ -265,6 +265,13 @@ class LabelEdits:
                 self._being_saved = {}
             return len(saved)
 
+    def discard(self) -> None:
+        """Close the labels of a mesh that is no more: edits that are not saved are forgotten."""
+        with self._lock:
+            if self._journal is not None:
+                self._edits = {}
+        self.close()
+
     def close(self) -> None:
         """Let others own the labels. Edits that are not saved stay in the journal."""
         with self._saving, self._lock:

@@ -92,14 +92,16 @@ def uuids_of(path: PathLike) -> Dict[str, str]:
     return {part: IsolatedMapFile(path, part or "/").uuid for part in isolated("parts", path)}
 
 
-def save_journals(path: PathLike) -> List[str]:
+def save_journals(path: PathLike, part: Optional[str] = None) -> List[str]:
     """Put the label edits in the journals of a map file into it; returns notes.
 
-    Those that another process owns stay with it. Raises MapFileError, then those of some parts may
-    be in the file.
+    part: only those of this part. Those that another process owns stay with it. Raises
+    MapFileError, then those of some parts may be in the file.
     """
     notes = []
     for found in journals_of(path):
+        if part is not None and found.part != part:
+            continue
         try:
             with LabelStore(path, found.part or "/", {"program": "mesh_tool"}) as store:
                 if store.refusal is None:

@@ -1,7 +1,7 @@
 """Rewrites map files: from any schema to S1, for LVR2, and without unused space."""
 import os
 import types
-from typing import Iterable, List, Mapping, Optional, Set
+from typing import List, Mapping, Optional, Set
 
 import h5py
 
@@ -83,13 +83,13 @@ def convert(
             writer = ObjectWriter(target_path, notes=notes)
             with building(stream, target_path, source) as file:
                 copy_everything(source_path, source, file)
-                _remove(writer, file, own)
+                writer.remove_all(file, own)
                 group = part_group(writer, file, target_part)
                 if profile == "lvr2":
                     _clear_textures(writer, group)
                 PartWriter(writer, group, lvr2=profile == "lvr2").mesh(mesh)
                 _change_labels(writer, source, file, others)
-                carry_references(source, file, writer.moved)
+                carry_references(source, file, writer.moved, target_path)
             verify(target_path, stream, writer, target_part, names, source)
 
         room = source.id.get_filesize() + bytes_of(mesh) + bytes_of(dict(label_changes))
@@ -127,7 +127,7 @@ def repack(
                 for place in sorted(own):
                     _recode(target_path, file[place], compression)
                 _change_labels(writer, source, file, label_changes)
-                carry_references(source, file, writer.moved)
+                carry_references(source, file, writer.moved, target_path)
             with reading_stream(stream, target_path) as file:
                 writer.check_written(file)
                 written = writer.removed, writer.created, writer.moved, writer.changed
@@ -191,21 +191,6 @@ def _note_what_is_lost(source, reader, own, uuid, notes):
     stored = reader.stored_uuid
     if stored and stored != uuid:
         notes.append("the UUID %s is now that of the geometry, %s" % (stored, uuid))
-
-
-def _remove(writer: ObjectWriter, file: h5py.File, own: Iterable[str]) -> None:
-    """Remove what went into the mesh, and the groups that are empty then and say nothing."""
-    ways = set()
-    for place in sorted(own, key=len, reverse=True):
-        way, _, name = place.rpartition("/")
-        writer.remove(file[way or "/"], name)
-        while way:
-            ways.add(way)
-            way = way.rpartition("/")[0]
-    for place in sorted(ways, key=len, reverse=True):
-        way, _, name = place.rpartition("/")
-        if not len(file[place]) and not len(file[place].attrs):
-            writer.remove(file[way or "/"], name)
 
 
 def _clear_textures(writer, part):

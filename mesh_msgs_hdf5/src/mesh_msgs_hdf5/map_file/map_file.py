@@ -10,12 +10,13 @@ import numpy as np
 from mesh_msgs_hdf5.files.probe import check_name
 from mesh_msgs_hdf5.files.save import check_target, stamp
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_files import reading
+from mesh_msgs_hdf5.map_file.part_changes import copy_part, delete_parts, put_part, rename_part
 from mesh_msgs_hdf5.map_file.reading.layouts import find_parts
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
 from mesh_msgs_hdf5.map_file.writing.map_saving import save_edit, save_mesh
 from mesh_msgs_hdf5.model.edit import Edit, is_empty
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
-from mesh_msgs_hdf5.model.mesh import Mesh, geometry_uuid
+from mesh_msgs_hdf5.model.mesh import Label, Mesh, geometry_uuid
 
 # of MapReader, which a MapFile has, too
 MEMBERS = (
@@ -150,6 +151,37 @@ class MapFile:
         check_target(path, overwrite)
         save_mesh(path, mesh, part, overwrite, compression)
         return cls(path, part)
+
+    @classmethod
+    def write_part(
+        cls,
+        path: PathLike,
+        mesh: Mesh,
+        part: str,
+        overwrite: bool = False,
+        compression: str = "gzip",
+    ) -> "MapFile":
+        """Save a Mesh as a part of a map file that is there; returns its MapFile. See put_part."""
+        put_part(path, mesh, part, overwrite, compression)
+        return cls(path, part)
+
+    def rename_part(self, new: str) -> None:
+        """Give this part another name; see rename_part of part_changes."""
+        rename_part(self.path, self.part, new)
+        self.part = new
+
+    def delete_part(self, last: bool = False) -> None:
+        """Remove this part; see delete_parts. The object is of no use any more then."""
+        delete_parts(self.path, [self.part], last)
+
+    def copy_part(
+        self,
+        new: str,
+        path: Optional[str] = None,
+        label_changes: Optional[Dict[str, Optional[Label]]] = None,
+    ) -> None:
+        """Copy this part as the part new into this map file, or another one; see copy_part."""
+        copy_part(self.path, self.part, path or self.path, new, label_changes or {})
 
 
 def _forwarded(member):

@@ -24,7 +24,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 Places = Tuple[str, ...]
 ROOT = ""  # the name of the part that is the root group
 
-_MAX_DEPTH = 3
+MAX_DEPTH = 3
 _MAX_GROUPS = 1024  # that are looked at in search of meshes
 _MAX_NAMES = 1024  # of a group below the root that may hold parts
 
@@ -168,13 +168,13 @@ def find_parts(file: h5py.File, path: PathLike) -> List[str]:
     parts = []
     seen = {address(file["/"])}  # a group may be in many places, even in itself
     level = [((), file["/"])]
-    for depth in range(_MAX_DEPTH + 1):
+    for depth in range(MAX_DEPTH + 1):
         below = []
         for components, group in level:
             layout, whole = layout_of(group, list(components))
             if whole:
                 parts.append("/".join(components))
-            if depth == _MAX_DEPTH or layout is not None and components:
+            if depth == MAX_DEPTH or layout is not None and components:
                 continue
             for name in _names(path, group, depth):
                 if len(seen) > _MAX_GROUPS:

@@ -59,6 +59,27 @@ def save_edit(reader: MapReader, edit: Edit, expected: Optional[Stamp]) -> PartN
     MapFileError; then the file is as it was.
     """
     path, source = reader.path, reader.file
+    check_editable(reader)
+    edit = checked_edit(edit, reader)
+    names = PartNames.of_reader(reader).edited(edit)
+
+    def build(stream: Stream) -> None:
+        writer = ObjectWriter(path)
+        with building(stream, path, source) as file:
+            copy_everything(path, source, file)
+            part = file["/" + reader.part]
+            apply_edit(writer, part, reader, edit)
+            carry_references(source, file, writer.moved, path)
+        verify(path, stream, writer, reader.part, names, source)
+
+    room = source.id.get_filesize() + bytes_of(edit)
+    save_built(path, build, room, expected=expected)
+    return names
+
+
+def check_editable(reader: MapReader) -> None:
+    """Refuse a part that is only read: code schema, or version for one of a newer program."""
+    path = reader.path
     if reader.schema != "S1":
         raise MapFileError(
             "schema",
@@ -73,21 +94,6 @@ def save_edit(reader: MapReader, edit: Edit, expected: Optional[Stamp]) -> PartN
             "it was written by a newer Mesh Tools (schema %d)" % reader.schema_version,
             "use that one, or save to another file",
         )
-    edit = checked_edit(edit, reader)
-    names = PartNames.of_reader(reader).edited(edit)
-
-    def build(stream: Stream) -> None:
-        writer = ObjectWriter(path)
-        with building(stream, path, source) as file:
-            copy_everything(path, source, file)
-            part = file["/" + reader.part]
-            apply_edit(writer, part, reader, edit)
-            carry_references(source, file, writer.moved)
-        verify(path, stream, writer, reader.part, names, source)
-
-    room = source.id.get_filesize() + bytes_of(edit)
-    save_built(path, build, room, expected=expected)
-    return names
 
 
 def save_built(
@@ -132,7 +138,7 @@ def _compact(path, loose, stream):
     with reading_stream(loose, path) as source:
         with building(stream, path, source) as file:
             copy_everything(path, source, file)
-            carry_references(source, file, {})
+            carry_references(source, file, {}, path)
         with reading_stream(stream, path) as file:
             RawComparison(path).check(source, file)
 

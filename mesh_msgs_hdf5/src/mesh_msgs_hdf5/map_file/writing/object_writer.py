@@ -1,5 +1,5 @@
 """Writes objects of a map file, and remembers what it did so that it can be verified."""
-from typing import Any, Dict, List, Optional, Set, Tuple
+from typing import Any, Dict, Iterable, List, Optional, Set, Tuple
 
 import h5py
 import numpy as np
@@ -121,6 +121,20 @@ class ObjectWriter:
         self.created.discard(place)
         self._arrays.pop(place, None)
         return True
+
+    def remove_all(self, file: h5py.File, places: Iterable[str]) -> None:
+        """Remove objects, and the groups on the way to them that are empty then and say nothing."""
+        ways = set()
+        for place in sorted(places, key=len, reverse=True):
+            way, _, name = place.rpartition("/")
+            self.remove(file[way or "/"], name)
+            while way:
+                ways.add(way)
+                way = way.rpartition("/")[0]
+        for place in sorted(ways, key=len, reverse=True):
+            way, _, name = place.rpartition("/")
+            if not len(file[place]) and not len(file[place].attrs):
+                self.remove(file[way or "/"], name)
 
     def move(self, parent: h5py.Group, name: str, to: h5py.Group, new_name: str) -> str:
         """Give an object another place; returns its path."""

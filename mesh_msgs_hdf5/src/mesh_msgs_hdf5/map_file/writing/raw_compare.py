@@ -120,8 +120,13 @@ class RawComparison:
         self._partners: Dict[Any, Any] = {}
         self._references: List[Tuple[Any, Any]] = []
 
-    def check(self, old: h5py.File, new: h5py.File) -> None:
-        """Raise MapFileError (save) with the first path at which the files differ."""
+    def check(
+        self, old: h5py.File, new: h5py.File, old_start: str = "/", new_start: str = "/"
+    ) -> None:
+        """Raise MapFileError (save) with the first path at which the files differ.
+
+        old_start, new_start: only these groups, and what is in them, are compared.
+        """
         self._new = new
         self._removed_links = _links(old, self._removed)
         self._created_links = _links(new, self._created)
@@ -133,8 +138,9 @@ class RawComparison:
             if place not in self._created
         ]
         self._changed_of_old, self._changed_of_new = _links(old, changed), _links(new, changed)
-        pairs = [("", old["/"], new["/"])]
-        self._is_known(old["/"], new["/"])
+        self._is_part = old_start != "/"
+        pairs = [(old_start.rstrip("/"), old[old_start], new[new_start])]
+        self._is_known(old[old_start], new[new_start])
         while pairs:
             place, one, other = pairs.pop()
             self._check_attributes(place or "/", one, other)
@@ -284,6 +290,8 @@ class RawComparison:
             found = h5py.h5o.get_info(partner).addr
             anew = _links(new, [name]).keys() & self._created_links.keys()
             same = bool(anew) if wanted is None else wanted == found
+            if wanted is None and self._is_part:  # it leads out of what is compared
+                same = same or name == text_of(h5py.h5r.get_name(one, old.id) or b"")
             if isinstance(one, h5py.RegionReference):
                 regions = h5py.h5r.get_region(one, old.id), h5py.h5r.get_region(other, new.id)
                 a, b = ((r.get_select_npoints(), r.get_select_bounds()) for r in regions)
