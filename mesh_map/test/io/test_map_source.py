@@ -13,7 +13,7 @@ from mesh_msgs.identity import geometry_uuid
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_msgs_hdf5.model.mesh import Label, Mesh
 from meshes import terrain
 
 HEIGHT_DIFF = {"name": "height_diff", "type": "mesh_layers/HeightDiffLayer"}
@@ -480,3 +480,35 @@ def test_layers_of_a_wrong_shape_are_passed_on_to_be_named():
 def test_bad_parameters_are_refused(values, message):
     with pytest.raises(MeshMapError, match=message):
         map_parameters(values)
+
+
+def test_one_bad_value_does_not_make_a_map_useless(map_file, caplog):
+    """A stored layer, normals and a label with a bad value each: the map is loaded, and says so."""
+    h5py = pytest.importorskip("h5py")
+    count = map_file.vertex_count
+    normals = np.tile(np.float32([0, 0, 1]), (count, 1))
+    map_file.update(
+        Edit(vertex_normals=normals, labels={"tree_1": Label(np.arange(5, dtype=np.uint32))})
+    )
+    with h5py.File(map_file.path, "r+") as file:
+        file["mesh/channels/vertex_normals"][3] = np.nan
+        file["mesh/labels/tree/1"][2] = 10**6
+    with caplog.at_level(logging.WARNING):
+        source, mesh_map = loaded(map_file.path)
+        for _ in range(2):
+            assert source.contents.label("tree_1").faces.tolist() == [0, 1, 3, 4]
+            assert list(source.contents.labels()) == ["tree_1"]
+    assert np.isfinite(mesh_map.vertex_normals).all()
+    said = [record.getMessage() for record in caplog.records]
+    assert len([line for line in said if "1 normals of" in line]) == 1, said
+    assert len([line for line in said if "1 of 5 faces of label tree_1" in line]) == 1, said
+
+
+def test_vertices_that_float32_would_change_too_much_are_refused(tmp_path, map_file):
+    h5py = pytest.importorskip("h5py")
+    mesh = map_file.read()
+    with h5py.File(tmp_path / "far.h5", "w") as file:
+        file["mesh/channels/vertices"] = mesh.vertices.astype("f8") + [4e5, 5.8e6, 0]
+        file["mesh/channels/face_indices"] = mesh.faces
+    with pytest.raises(MeshMapError, match="float32 would change its coordinates"):
+        MapSource(str(tmp_path / "far.h5"))

@@ -13,7 +13,7 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Mesh
 
-ABOUT_THE_FILE = {"path", "part", "parts", "schema", "schema_version", "stored_uuid"}
+ABOUT_THE_FILE = {"path", "part", "parts", "schema", "schema_version", "stored_uuid", "strict"}
 
 
 def shuffled(mesh):

@@ -19,9 +19,9 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 
 
 def refusal(path, **arguments):
-    """The MapFileError of reading everything; checks that it is one good line."""
+    """The MapFileError of reading everything strictly; checks that it is one good line."""
     with pytest.raises(MapFileError) as refused:
-        MapFile(path, **arguments).read()
+        MapFile(path, strict=True, **arguments).read()
     text = str(refused.value)
     start = one_line(os.fsdecode(path)) + ": "
     assert "\n" not in text and text.startswith(start) and len(text) > len(start) + 10

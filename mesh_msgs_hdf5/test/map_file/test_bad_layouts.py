@@ -182,7 +182,7 @@ def test_what_is_wrong_is_named(tmp_path, rich_mesh, write, place, values, code,
         if values is not None:
             file["/" + part][place] = values
     with pytest.raises(MapFileError) as refused:
-        MapFile(path, part).read()
+        MapFile(path, part, strict=True).read()
     assert refused.value.code == code and words in refused.value.message
 
 
@@ -237,7 +237,7 @@ def test_wrong_attributes_are_named(tmp_path, rich_mesh, place, name, value, cod
     with h5py.File(path, "a") as file:
         file["mesh"][place].attrs[name] = value
     with pytest.raises(MapFileError) as refused:
-        MapFile(path).read()
+        MapFile(path, strict=True).read()
     assert refused.value.code == code and words in refused.value.message
 
 
@@ -250,7 +250,7 @@ def test_references_are_not_followed(tmp_path, rich_mesh):
         mesh["labels/tree/3"] = np.array([reference] * 2, h5py.ref_dtype)
         mesh["channels/height_diff"].attrs["parameters"] = reference
         mesh["textures/images/0"].attrs["PALETTE"] = reference
-    file = MapFile(path)
+    file = MapFile(path, strict=True)
     for ask, words in (
         (lambda: file.label("tree_3"), "/mesh/labels/tree/3 holds object, not numbers"),
         (lambda: file.layer_parameters("height_diff"), "parameters .* is neither text nor number"),
@@ -283,7 +283,7 @@ def test_names_that_are_not_utf8_are_refused(tmp_path, rich_mesh):
     with h5py.File(path, "a") as file:
         h5py.h5g.create(file["mesh/labels"].id, b"\xff")
     with pytest.raises(MapFileError) as refused:
-        MapFile(path).label_names()
+        MapFile(path, strict=True).label_names()
     assert refused.value.code == "value" and "/mesh/labels is not UTF-8" in str(refused.value)
 
 

@@ -70,7 +70,7 @@ def test_numbers_of_every_type(stored, place, kind):
     path, values = stored(place, lambda values: values.astype(kind))
     read, kinds = PLACES[place]
     try:
-        found = read(MapFile(path))
+        found = read(MapFile(path, strict=True))
     except MapFileError as error:
         assert error.code in CODES and np.dtype(kind).kind not in kinds, error
         return
@@ -85,13 +85,13 @@ def test_numbers_of_every_type(stored, place, kind):
 def test_what_is_no_number_is_refused(stored, place, other):
     path, _ = stored(place, OTHERS[other])
     with pytest.raises(MapFileError) as refused:
-        PLACES[place][0](MapFile(path))
+        PLACES[place][0](MapFile(path, strict=True))
     assert refused.value.code in CODES
     if place == "channels/height_diff":  # it is no layer then
         assert "height_diff" not in MapFile(path).read().vertex_costs
         return
     with pytest.raises(MapFileError) as refused:
-        MapFile(path).read()
+        MapFile(path, strict=True).read()
     assert refused.value.code in CODES
 
 
@@ -99,7 +99,7 @@ def test_what_is_no_number_is_refused(stored, place, other):
 def test_texts_of_variable_length_are_refused(stored, place):
     path, _ = stored(place, lambda values: values.astype(str).astype(object))
     with pytest.raises(MapFileError) as refused:
-        PLACES[place][0](MapFile(path))
+        PLACES[place][0](MapFile(path, strict=True))
     assert refused.value.code in CODES
 
 
@@ -122,7 +122,7 @@ def test_shapes(stored, place, shape):
     changed = SHAPES[shape](values)
     free = place in ("labels/tree/1", "textures/images/0", "channels/texture_features/0")
     try:
-        found = PLACES[place][0](MapFile(path))
+        found = PLACES[place][0](MapFile(path, strict=True))
     except MapFileError as error:
         assert error.code in CODES | {"no_faces"}
         assert free or changed.shape != values.shape or place.endswith("height_diff")
@@ -145,7 +145,7 @@ def test_indices_out_of_range_are_named(stored, place, value):
 
     path, _ = stored(place, change)
     with pytest.raises(MapFileError) as refused:
-        PLACES[place][0](MapFile(path))
+        PLACES[place][0](MapFile(path, strict=True))
     assert refused.value.code in ("index", "dtype") and str(value) in refused.value.message
 
 
@@ -161,7 +161,7 @@ def test_values_that_are_not_finite_are_named(stored, place, value):
 
     path, _ = stored(place, change)
     with pytest.raises(MapFileError) as refused:
-        PLACES[place][0](MapFile(path))
+        PLACES[place][0](MapFile(path, strict=True))
     assert refused.value.code in ("not_finite", "dtype") and "row 1" in refused.value.message
 
 
@@ -171,7 +171,13 @@ def test_names_that_are_not_utf8(stored, place):
     with h5py.File(path, "r+") as file:
         group = file["mesh/" + place] if place else file["mesh"]
         h5py.h5d.create(group.id, b"\xff\xfe", h5py.h5t.IEEE_F32LE, h5py.h5s.create_simple((40, 1)))
+    assert MapFile(path).read().uuid
+    if not place:
+        assert "/mesh/(name that is not UTF-8)" in MapFile(path).other_contents()
+        return
+    file = MapFile(path)
+    file.read()
+    assert ["not UTF-8" in note for note in file.notes] == [True]
     with pytest.raises(MapFileError) as refused:
-        MapFile(path).read()
-        MapFile(path).other_contents()
+        MapFile(path, strict=True).read()
     assert refused.value.code == "value" and "not UTF-8" in refused.value.message

@@ -8,9 +8,11 @@ import weakref
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
+from mesh_msgs.checks.rounding import is_too_much
 from mesh_msgs.derived_mesh import DerivedMesh
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs_hdf5.formats.any_mesh import open_members
+from mesh_msgs_hdf5.formats.importer import too_much_rounded
 from mesh_msgs_hdf5.labels.map_contents import MapContents
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -78,15 +80,17 @@ class MapSource:
             raise MeshMapError(str(error)) from error
         self.is_map_file = opened.is_map
         self._check_origin(origin)
-        check_rounding(path, opened.rounded, self.mesh.vertices, self.mesh.origin)
-        self.contents = MapContents(self._members, opened.is_map)
+        self._check_rounding(opened.rounded)
+        self.contents = MapContents(
+            self._members, opened.is_map, lambda note: _LOG.warning("%s: %s", path, note)
+        )
         self._geometry: Optional[MeshGeometry] = None
         self._derived: Optional[DerivedMesh] = None
         self._options: Dict[str, Any] = {}
         self._identity: Dict[str, Any] = {}
         self._stored: Dict[str, Dict[str, Any]] = {}
         self._stamp: Any = None  # of the file when _stored was read
-        for note in opened.notes:
+        for note in (*opened.notes, *self._members.notes):
             _LOG.warning("%s: %s", path, note)
 
     def _check_origin(self, origin: Optional[Sequence[float]]) -> None:
@@ -96,6 +100,14 @@ class MapSource:
                 "origin is %s, but %s stores %s" % (list(origin), self.path, list(stored)),
                 "leave it out; mesh_tool import --origin makes a map file with another one",
             )
+
+    def _check_rounding(self, rounded: float) -> None:
+        if not self.is_map_file:
+            check_rounding(self.path, rounded, self.mesh.vertices, self.mesh.origin)
+            return
+        rounded = self._members.vertex_rounding
+        if is_too_much(rounded, self.mesh.vertices):
+            raise MeshMapError(str(too_much_rounded(self.path, rounded)))
 
     def make_map(
         self,

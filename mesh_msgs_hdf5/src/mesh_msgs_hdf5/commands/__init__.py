@@ -16,6 +16,7 @@ VERBS: Dict[str, str] = {
     "import": "import_mesh",
     "export": "export_mesh",
     "convert": "convert",
+    "repair": "repair",
     "diff": "diff",
     "layers": "layers",
     "labels": "labels",

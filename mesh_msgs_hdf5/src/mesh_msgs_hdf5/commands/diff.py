@@ -68,5 +68,9 @@ def run(arguments: argparse.Namespace) -> int:
         "notes": notes,
         "differences": [difference._asdict() for difference in found],
     }
-    say(arguments, value, (difference.line() for difference in found))
+    notes = ["A: " + note for note in one.members.notes]
+    notes += ["B: " + note for note in other.members.notes]
+    value["notes"] = notes
+    lines = ["  note: " + note for note in notes]
+    say(arguments, value, lines + [difference.line() for difference in found])
     return 1 if found else 0

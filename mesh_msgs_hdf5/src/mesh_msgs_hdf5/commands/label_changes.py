@@ -6,6 +6,8 @@ for a moment, so that it sees those edits and none is lost; while a node owns th
 import contextlib
 from typing import Dict, Iterable, Iterator, List, Optional, Tuple
 
+import numpy as np
+
 from mesh_msgs_hdf5.formats.any_mesh import is_map_file, open_members
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.labels.label_store import LabelStore
@@ -14,6 +16,7 @@ from mesh_msgs_hdf5.model.label_names import check_label, split_label
 from mesh_msgs_hdf5.model.mesh import Color, Label
 
 Labels = Dict[str, Label]
+_UNREADABLE = Label(np.zeros(0, np.uint32))
 Changes = Dict[str, Optional[Label]]
 
 
@@ -26,12 +29,15 @@ def present_labels(path: str, part: Optional[str]) -> Tuple[Labels, str, int, Li
     if not is_map_file(path):
         return file.labels(), file.uuid, file.face_count, []
     with LabelStore(path, part, read_only=True) as store:
-        return store.all(), store.uuid, file.face_count, list(store.notes)
+        labels = store.all()
+        return labels, store.uuid, file.face_count, store.notes + store.file_notes()
 
 
 @contextlib.contextmanager
 def changing(path: str, part: Optional[str]) -> Iterator[Tuple[Labels, IsolatedMapFile]]:
     """The labels and the map file, while no node can change them. Raises MapFileError.
+
+    A label that cannot be read is there without faces, so that it can be deleted.
 
     The edits of a journal that nobody owns any more are saved first.
     """
@@ -43,7 +49,9 @@ def changing(path: str, part: Optional[str]) -> Iterator[Tuple[Labels, IsolatedM
         if store.refusal is not None:
             raise store.refusal
         store.save()
-        yield store.all(), IsolatedMapFile(path, file.part)
+        labels = store.all()
+        labels = {text: labels.get(text, _UNREADABLE) for text in store.names()}
+        yield labels, IsolatedMapFile(path, file.part)
 
 
 def check_there(path: str, labels: Labels, texts: Iterable[str]) -> None:
@@ -54,6 +62,14 @@ def check_there(path: str, labels: Labels, texts: Iterable[str]) -> None:
             shown = ", ".join(names[:8]) + (", ... (%d)" % len(names) if len(names) > 8 else "")
             hint = "there are: " + shown if names else "the map has none"
             raise MapFileError("label", path, "there is no label %r" % text, hint)
+
+
+def _check_readable(path, labels, texts):
+    check_there(path, labels, texts)
+    for text in texts:
+        if labels[text] is _UNREADABLE:
+            message = "label %r cannot be read (see mesh_tool validate)" % text
+            raise MapFileError("label", path, message, "delete it, and make it anew")
 
 
 def deleted(path: str, labels: Labels, texts: Iterable[str], whole_class: bool) -> Changes:
@@ -72,7 +88,7 @@ def deleted(path: str, labels: Labels, texts: Iterable[str], whole_class: bool) 
 
 def renamed(path: str, labels: Labels, old: str, new: str) -> Changes:
     """A label with another text."""
-    check_there(path, labels, [old])
+    _check_readable(path, labels, [old])
     check_label(path, new)
     if new in labels:
         raise MapFileError("exists", path, "there is a label %r already" % new, "delete it first")
@@ -82,5 +98,5 @@ def renamed(path: str, labels: Labels, old: str, new: str) -> Changes:
 def colored(path: str, labels: Labels, texts: Iterable[str], color: Optional[Color]) -> Changes:
     """Labels with another color, or none."""
     texts = list(texts)
-    check_there(path, labels, texts)
+    _check_readable(path, labels, texts)
     return {text: Label(labels[text].faces, color) for text in texts}

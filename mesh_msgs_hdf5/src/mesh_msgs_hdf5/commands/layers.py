@@ -1,11 +1,12 @@
 """mesh_tool layers: the cost layers (or, with --face, the face attributes) of a map file."""
 import argparse
+from typing import List
 
 from mesh_msgs_hdf5.commands._common import add_actions, say
 from mesh_msgs_hdf5.commands.info import values_text
 from mesh_msgs_hdf5.commands.layer_changes import copied, deleted, names_of, renamed
 from mesh_msgs_hdf5.commands.progress import ProgressLine
-from mesh_msgs_hdf5.commands.summary import face_attribute_summary, layer_summary
+from mesh_msgs_hdf5.commands.summary import face_attribute_summary, layer_summary, readable
 from mesh_msgs_hdf5.formats.any_mesh import open_members
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -58,11 +59,15 @@ def run(arguments: argparse.Namespace) -> int:
 def _list(arguments):
     file = open_members(arguments.file, arguments.part).members
     summary = face_attribute_summary if arguments.face else layer_summary
-    entries = [summary(file, name) for name in names_of(file, arguments.face)]
+    notes: List[str] = []
+    names = names_of(file, arguments.face)
+    entries = readable(names, lambda name: summary(file, name), notes)
+    notes += file.notes
     key = "face_attributes" if arguments.face else "layers"
     lines = [values_text(entry) for entry in entries]
     none = ["%s: no %ss" % (arguments.file, _what(arguments))]
-    return {"path": arguments.file, key: entries}, lines or none
+    value = {"path": arguments.file, key: entries, "notes": notes}
+    return value, (lines or none) + ["  note: " + note for note in notes]
 
 
 def _what(arguments):

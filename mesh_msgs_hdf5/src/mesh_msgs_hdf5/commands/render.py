@@ -100,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
         save_file(arguments.output, png, overwrite=arguments.force)
     width, height = arguments.size
     value = {"input": arguments.file, "output": arguments.output, "width": width, "height": height}
-    notes = file.label_notes if what == "labels" else []
+    notes = list(file.notes) + (file.label_notes if what == "labels" else [])
     value.update(file_bytes=file_bytes(arguments.output), notes=notes)
     lines = ["  note: " + note for note in notes]
     text = "{output}: written, {width} x {height} pixels, {file_bytes} bytes"

@@ -1,11 +1,12 @@
 """What is in a mesh file, as plain values."""
 import os
-from typing import Any, Dict, List, Optional
+from typing import Any, Callable, Dict, Iterable, List, Optional
 
 import numpy as np
 
 from mesh_msgs_hdf5.formats.any_mesh import Members
 from mesh_msgs_hdf5.labels.map_contents import open_map
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.label_names import split_label
 from mesh_msgs_hdf5.model.layer_meaning import NONE, OTHER, computed_with, meaning_of
 
@@ -17,18 +18,34 @@ def summarize(path: str, part: Optional[str] = None, fast: bool = False) -> Dict
     with fast none is. Other formats are read as a whole. The result is made of dicts, lists, texts
     and numbers. Raises MapFileError.
     """
-    file, form, notes, _ = open_map(path, part)
+    file, form, opening_notes, _ = open_map(path, part)
+    notes = list(opening_notes)
     with file:
-        summary = _summary(file, fast and form == "HDF5")
+        summary = _summary(file, fast and form == "HDF5", notes)
         summary["unsaved_labels"] = file.unsaved_count
-        notes = list(notes) + file.label_notes
+        notes += list(file.notes) + file.label_notes
     if form != "HDF5":
         summary["arrays_read"] = None
     head = {"path": os.fsdecode(path), "format": form, "file_bytes": os.stat(path).st_size}
-    return {**head, **summary, "notes": list(notes)}
+    return {**head, **summary, "notes": list(dict.fromkeys(notes))}
 
 
-def _summary(file: Members, fast: bool) -> Dict[str, Any]:
+def readable(
+    names: Iterable[Any], summarize_one: Callable[[Any], Dict[str, Any]], notes: List[str]
+) -> List[Dict[str, Any]]:
+    """What is to be said of each that can be read; notes get what is wrong with the others."""
+    found = []
+    for name in names:
+        try:
+            found.append(summarize_one(name))
+        except MapFileError as error:
+            if error.code in ("crashed", "timeout", "changed"):
+                raise
+            notes.append("left out: " + error.message)
+    return found
+
+
+def _summary(file: Members, fast: bool, notes: List[str]) -> Dict[str, Any]:
     read: List[str] = []
     summary: Dict[str, Any] = {
         "schema": file.schema,
@@ -47,11 +64,12 @@ def _summary(file: Members, fast: bool) -> Dict[str, Any]:
         "source": file.source,
     }
     summary.update(_bounds(file, fast, read))
-    summary["layers"] = [layer_summary(file, name, fast, read) for name in file.layer_names()]
-    names = file.face_attribute_names()
-    summary["face_attributes"] = [face_attribute_summary(file, name, fast, read) for name in names]
-    indices = file.texture_indices()
-    summary["textures"] = [_texture(file, index, fast, read) for index in indices]
+    for key, names, about in (
+        ("layers", file.layer_names(), layer_summary),
+        ("face_attributes", file.face_attribute_names(), face_attribute_summary),
+        ("textures", file.texture_indices(), _texture),
+    ):
+        summary[key] = readable(names, lambda name: about(file, name, fast, read), notes)
     summary["texture_coordinates"] = None if fast else file.texture_coordinates is not None
     if summary["texture_coordinates"]:
         read.append("texture coordinates")
@@ -102,8 +120,8 @@ def layer_summary(file: Members, name: str, fast: bool = False, read=None) -> Di
         entry.update(unit=meaning.unit, comparison=meaning.comparison, rule=meaning.rule_text())
         entry["threshold"] = None if meaning.comparison in (NONE, OTHER) else meaning.threshold
     if not fast:
-        _note(read, "layer " + name)
         costs = file.vertex_costs(name)
+        _note(read, "layer " + name)
         entry.update(costs_summary(costs))
         if meaning is not None:
             entry["lethal"] = meaning.count_lethal(costs)
@@ -116,8 +134,8 @@ def face_attribute_summary(
     """As layer_summary(); unless fast also the type of its numbers."""
     entry = {"name": name, "parameters": file.face_parameters(name)}
     if not fast:
-        _note(read, "face attribute " + name)
         values = file.face_attribute(name)
+        _note(read, "face attribute " + name)
         columns = 1 if values.ndim == 1 else values.shape[1]
         entry["type"] = str(values.dtype) + ("" if columns == 1 else " x %d" % columns)
         entry.update(costs_summary(values))
@@ -132,8 +150,8 @@ def _note(read: Optional[List[str]], name):
 def _texture(file, index, fast, read):
     if fast:
         return {"index": index}
-    read.append("texture %d" % index)
     height, width, channels = file.texture(index).shape
+    read.append("texture %d" % index)
     return {"index": index, "width": width, "height": height, "channels": channels}
 
 
@@ -144,7 +162,7 @@ def _labels(file, fast, read):
     for name in names:
         entry = classes.setdefault(split_label(name)[0], {"labels": 0, "faces": None})
         entry["labels"] += 1
-        if not fast:
+        if name in labels:
             entry["faces"] = (entry["faces"] or 0) + len(labels[name].faces)
     if labels:
         read.append("labels")

@@ -7,6 +7,7 @@ import numpy as np
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.comparison.diff_geometry import Difference, compare_geometry, moved
 from mesh_msgs_hdf5.formats.any_mesh import Members
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.label_names import natural_order
 
 MEMBERS = ("geometry", "normals", "colors", "layers", "faces", "labels", "textures", "features")
@@ -142,9 +143,27 @@ def _named(kind, one, other, comparable, tolerance):
         member = "%s/%s" % (kind, one_line(name))
         yield from _incomparable(member, comparable)
         if comparable:
-            a, b = (getattr(file, values_of)(name) for file in (one, other))
-            yield from numbers(member, a, b, tolerance)
+            yield from _values(member, (one, other), values_of, name, tolerance)
         yield from _parameters(member, *(getattr(f, parameters_of)(name) for f in (one, other)))
+
+
+def _values(member, files, values_of, name, tolerance):
+    """The difference between arrays; one that cannot be read is another than any."""
+    found, errors = [], []
+    for file, which in zip(files, "AB"):
+        try:
+            found.append(getattr(file, values_of)(name))
+        except MapFileError as error:
+            if error.code in ("crashed", "timeout", "changed"):
+                raise
+            errors.append("%s: %s" % (which, one_line(error.message)))
+    if errors:
+        yield Difference(member, "unreadable", "cannot be read in " + "; ".join(errors), {})
+        return
+    a, b = found
+    if a.ndim == 3 and a.shape == b.shape:  # of an image, each pixel counts
+        a, b = (image.reshape(-1, image.shape[2]) for image in (a, b))
+    yield from numbers(member, a, b, tolerance)
 
 
 def _parameters(member, a, b):
@@ -180,10 +199,7 @@ def _textures(one, other, vertices, faces, tolerance):
     indices = [file.texture_indices() for file in (one, other)]
     yield from _only("textures", *indices)
     for index in sorted(set(indices[0]) & set(indices[1])):
-        a, b = one.texture(index), other.texture(index)
-        if a.shape == b.shape:
-            a, b = (image.reshape(-1, image.shape[2]) for image in (a, b))
-        yield from numbers("textures/%d" % index, a, b, 0.0)
+        yield from _values("textures/%d" % index, (one, other), "texture", index, 0.0)
     a, b = one.texture_coordinates, other.texture_coordinates
     if (yield from _are_there("texture_coordinates", a, b)) and vertices:
         yield from numbers("texture_coordinates", a, b, tolerance)

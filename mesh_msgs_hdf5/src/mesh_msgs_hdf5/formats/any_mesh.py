@@ -19,6 +19,8 @@ class MeshMembers:
     parts: List[str] = []
     schema = ""
     schema_version = 0
+    vertex_rounding = 0.0
+    notes: List[str] = []  # an import has its own, in a report
 
     def __init__(self, path: str, mesh: Mesh) -> None:
         self.path, self._mesh = path, mesh
@@ -110,16 +112,20 @@ def is_map_file(path: PathLike) -> bool:
 
 
 def open_members(
-    path: PathLike, part: Optional[str] = None, origin: Optional[Sequence[float]] = None
+    path: PathLike,
+    part: Optional[str] = None,
+    origin: Optional[Sequence[float]] = None,
+    strict: bool = False,
 ) -> Opened:
     """The members of a mesh in a file of any known format. Raises MapFileError.
 
+    strict: of a map file, as in MapFile.
     origin: (3,) meters, subtracted from the coordinates of formats other than map files, which
     store theirs.
     """
     path = os.fsdecode(path)
     if is_map_file(path):
-        return Opened(IsolatedMapFile(path, part), "HDF5", ())
+        return Opened(IsolatedMapFile(path, part, strict=strict), "HDF5", ())
     mesh, report = read_mesh(path, part, origin=origin)
     members = MeshMembers(path, mesh)
     return Opened(members, report.format, tuple(report.notes), report.rounded)

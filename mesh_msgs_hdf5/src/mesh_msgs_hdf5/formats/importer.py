@@ -140,14 +140,19 @@ def read_unharmed_mesh(path: PathLike) -> Tuple[Mesh, ImportReport]:
     """
     mesh, report = read_mesh(path)
     if is_too_much(report.rounded, mesh.vertices):
-        raise MapFileError(
-            "rounded",
-            path,
-            "float32 would change its coordinates by up to %.3g m" % report.rounded,
-            "make a map file near an origin: "
-            "rosrun mesh_msgs_hdf5 mesh_tool import IN OUT.h5 --origin auto",
-        )
+        raise too_much_rounded(path, report.rounded)
     return mesh, report
+
+
+def too_much_rounded(path: PathLike, change: float) -> MapFileError:
+    """The error of coordinates that float32 would change so much (meters)."""
+    return MapFileError(
+        "rounded",
+        path,
+        "float32 would change its coordinates by up to %.3g m" % change,
+        "make a map file near an origin: "
+        "rosrun mesh_msgs_hdf5 mesh_tool import IN OUT.h5 --origin auto",
+    )
 
 
 def _from_format(path, read, options, report):
@@ -189,6 +194,8 @@ def _from_map(path, part, label_changes, options, report):
     with IsolatedMapFile(path, part) as file:  # it may come from anywhere
         mesh = file.read()
         others = file.other_contents()
+        report.rounded = file.vertex_rounding
+        report.notes += file.notes
     if label_changes:
         mesh.labels = changed_labels(mesh.labels, label_changes)
     if others:

@@ -17,6 +17,7 @@ def use_map_file(
     member: Optional[str],
     arguments: List[Any],
     keywords: Dict[str, Any],
+    strict: bool = False,
 ) -> Tuple[Any, State]:
     """(value, state) of a member of a MapFile: of a property, or what a method returns.
 
@@ -24,7 +25,7 @@ def use_map_file(
     between; None opens the file, as MapFile(path, part) does. member: None only opens it.
     """
     if state is None:
-        file = MapFile(path) if part is None else MapFile(path, part)
+        file = MapFile(path, part, strict)
     else:
         file = MapFile.__new__(MapFile)
         vars(file).update(state)

@@ -27,6 +27,7 @@ DEFAULT_TIMEOUT = 600.0
 # name -> (module, function): what may be called by isolated(); the first argument is the file
 FUNCTIONS: Dict[str, Tuple[str, str]] = {
     "convert": ("mesh_msgs_hdf5.map_file.convert", "convert"),
+    "repair": ("mesh_msgs_hdf5.map_file.convert", "repair"),
     "repack": ("mesh_msgs_hdf5.map_file.convert", "repack"),
     "put_part": ("mesh_msgs_hdf5.map_file.part_changes", "put_part"),
     "delete_parts": ("mesh_msgs_hdf5.map_file.part_changes", "delete_parts"),
@@ -78,12 +79,17 @@ class IsolatedMapFile:
         part: Optional[str] = None,
         memory_limit: Optional[int] = None,
         timeout: Optional[float] = None,
+        strict: bool = False,
     ) -> None:
         self._limits = (memory_limit, timeout)
         self._kept: Optional[_Reader] = _Reader(*self._limits)
         self._keeps = True  # until the call after the first
         self._busy = threading.Lock()  # who finds the kept one busy has one made
-        self._state: Optional[Dict[str, Any]] = {"path": os.fsdecode(path), "part": part}
+        self._state: Optional[Dict[str, Any]] = {
+            "path": os.fsdecode(path),
+            "part": part,
+            "strict": strict,
+        }
         try:
             self._use(None, None, (), {}, opening=True)
         except BaseException:
@@ -132,6 +138,7 @@ class IsolatedMapFile:
             raise ValueError("the map file is closed")
         path = old["path"]
         arguments = (path, old["part"], None if opening else old, member, arguments, keywords)
+        arguments += (old["strict"],)
         with self._reader() as reader:
             answer = reader.call(path, _USE_MAP_FILE, arguments, {})
         if not fits(answer, Tuple[hint, Dict[str, Any]]):

@@ -115,6 +115,7 @@ class LabelManager:
                     self._labels.changed(uuid, self._maps.find(uuid))
                     self._colored.add(uuid)
         self._labels.publish_wanted()
+        self._log_notes()  # what is bad in a file is known once it has been read
 
     def _save(self, _request=None):
         done, failed = self._maps.save()

@@ -2,7 +2,7 @@
 import contextlib
 import os
 import threading
-from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Tuple
+from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Set, Tuple
 from urllib.parse import quote, unquote
 
 from mesh_msgs_hdf5.files.confine import confined_path
@@ -134,6 +134,7 @@ class LabelMaps:
         """folder: made when it is needed. Labels that are in it already are taken over."""
         self.folder = os.path.abspath(os.fsdecode(folder))
         self._notes: List[str] = []
+        self._said: Set[str] = set()  # of what is bad in the files
         self._owner_info = owner_info
         self._lock = threading.RLock()
         self._maps: Dict[str, LabelStore] = {}
@@ -176,6 +177,10 @@ class LabelMaps:
         """Sentences for the user, each given once."""
         with self._lock:
             notes, self._notes = self._notes, []
+            for store in self._maps.values():
+                bad = ["%s: %s" % (store.path, note) for note in store.file_notes()]
+                notes += [note for note in bad if note not in self._said]
+                self._said.update(bad)
         return notes
 
     def uuids(self) -> List[str]:

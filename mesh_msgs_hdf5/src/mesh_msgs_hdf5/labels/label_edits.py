@@ -139,11 +139,18 @@ class LabelEdits:
             return label
 
     def all(self) -> Dict[str, Label]:
-        """Text -> label, in the order of names()."""
+        """Text -> label, in the order of names(), but for those that cannot be read."""
         with self._lock:
             names, labels = self.names(), self._base.all()
             labels.update(self._edits)
-            return {text: labels[text] for text in names}
+            return {text: labels[text] for text in names if text in labels}
+
+    def file_notes(self) -> List[str]:
+        """What is wrong with labels of the file, and was mended or left out, as far as they were
+        read.
+        """
+        with self._lock:
+            return list(self._base.notes)
 
     def groups(self) -> List[str]:
         """The classes of all labels: their texts before the first underscore."""
@@ -153,7 +160,8 @@ class LabelEdits:
         """The labels of exactly that class; empty if there is none."""
         with self._lock:
             texts = [text for text in self.names() if split_label(text)[0] == class_name]
-            return {text: self._current(text) for text in texts}
+            found = {text: self._readable(text) for text in texts}
+            return {text: label for text, label in found.items() if label is not None}
 
     @property
     def is_owner(self) -> bool:
@@ -196,7 +204,7 @@ class LabelEdits:
         label = self._checked(text, faces, color)
         with self._lock:
             self._own()
-            old = self._current(text)
+            old = self._readable(text) if override else self._current(text)
             if old is not None:
                 color = old.color if label.color is None else label.color
                 faces = label.faces if override else np.union1d(old.faces, label.faces)
@@ -229,10 +237,15 @@ class LabelEdits:
             return label
 
     def delete(self, text: str) -> Label:
-        """Remove a label; returns what it was. Raises MapFileError (label, owned, save)."""
+        """Remove a label; returns what it was, without faces if it cannot be read.
+
+        Raises MapFileError (label, owned, save).
+        """
         with self._lock:
             self._own()
-            label = self._current(text)
+            label = self._readable(text)
+            if label is None and text in self.names():
+                label = Label(np.zeros(0, np.uint32))
             if label is None:
                 raise self._unknown(text)
             self._log(text, None)
@@ -327,6 +340,15 @@ class LabelEdits:
 
     def _current(self, text):
         return self._edits[text] if text in self._edits else self._base.get(text)
+
+    def _readable(self, text):
+        """The label; None where there is none, or it cannot be read."""
+        try:
+            return self._current(text)
+        except MapFileError as error:
+            if error.code in ("changed", "crashed", "timeout"):
+                raise  # that is no property of the label
+            return None
 
     def _unknown(self, text):
         names = self.names()

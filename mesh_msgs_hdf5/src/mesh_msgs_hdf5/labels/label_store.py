@@ -1,6 +1,6 @@
 """The labels of a map: those in its file, with the edits of its journal."""
 import os
-from typing import Any, Dict, FrozenSet, Mapping, Optional, Tuple
+from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Tuple
 from urllib.parse import quote
 
 from mesh_msgs_hdf5.files.probe import kind_of, read_head
@@ -82,27 +82,34 @@ class LabelBase:
         self._file = self._open()
         self.names: FrozenSet[str] = frozenset(self._file.label_names() if self._file else ())
         self._labels: Dict[str, Label] = {}
+        self._has_all = False
         self._reads = 0
         self._stamp = now
         return True
 
     def get(self, text: str) -> Optional[Label]:
-        """A label; None if there is none of that text."""
+        """A label; None if there is none of that text. Raises MapFileError if it cannot be read."""
         if text not in self.names:
             return None
         if text not in self._labels:
             self._reads += 1
             if self._reads > _SINGLE_READS:
                 self.all()
-            else:
-                self._labels[text] = frozen(self._file.label(text))
+        if text not in self._labels:
+            self._labels[text] = frozen(self._file.label(text))
         return self._labels[text]
 
     def all(self) -> Dict[str, Label]:
-        """All labels; the dict may be changed, the labels not."""
-        if len(self._labels) < len(self.names):
+        """All labels that can be read; the dict may be changed, the labels not."""
+        if not self._has_all and len(self._labels) < len(self.names):
             self._labels = {text: frozen(label) for text, label in self._file.labels().items()}
+            self._has_all = True
         return dict(self._labels)
+
+    @property
+    def notes(self) -> List[str]:
+        """What is wrong with labels that were read, and was mended or left out."""
+        return list(self._file.notes) if self._file else []
 
     def fold(self, edits: Mapping[str, Optional[Label]]) -> None:
         """Put edits into the map file in one step; the file is made first if it is not there.

@@ -1,7 +1,7 @@
 """Maps as everybody is to see them: what is in the file, with the label edits of its journal."""
 import os
 import threading
-from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
@@ -26,10 +26,23 @@ class MapContents:
     threads.
     """
 
-    def __init__(self, members: Members, is_map_file: bool) -> None:
-        """Args: members of the map; False for a mesh in memory, whose labels are its own."""
+    def __init__(
+        self,
+        members: Members,
+        is_map_file: bool,
+        on_note: Optional[Callable[[str], Any]] = None,
+    ) -> None:
+        """
+        Args:
+            members: of the map.
+            is_map_file: False for a mesh in memory, whose labels are its own.
+            on_note: is told once of each thing that is bad in labels of the file, and was mended or
+                left out when they were read.
+        """
         self._members = members
         self._is_map_file = is_map_file
+        self._on_note = on_note
+        self._said: Set[str] = set()
         self._store: Optional[LabelStore] = None
         self._lock = threading.Lock()
 
@@ -53,12 +66,12 @@ class MapContents:
     def label(self, text: str) -> Label:
         """One label."""
         store = self._journalled()
-        return self._members.label(text) if store is None else store.get(text)
+        return self._told(self._members.label(text) if store is None else store.get(text))
 
     def labels(self) -> Dict[str, Label]:
         """Text -> label, of all: quicker than several of them one by one."""
         store = self._journalled()
-        return self._members.labels() if store is None else store.all()
+        return self._told(self._members.labels() if store is None else store.all())
 
     def read(self, members: Optional[Iterable[str]] = None) -> Mesh:
         """As MapFile.read."""
@@ -116,6 +129,16 @@ class MapContents:
             return 0
         store = self._labels()
         return stamp(store.path), stamp(store.journal_path)
+
+    def _told(self, found: Any) -> Any:
+        """What was found; what is bad in the file has been told."""
+        if self._on_note:
+            notes = self._members.notes if self._store is None else self._store.file_notes()
+            for note in notes:
+                if note not in self._said:
+                    self._said.add(note)
+                    self._on_note(note)
+        return found
 
     def _journalled(self) -> Optional[LabelStore]:
         """Labels with a journal; None where those of the members are all there are now."""

@@ -9,6 +9,7 @@ from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.save import check_target, stamp
 from mesh_msgs_hdf5.map_file.hdf5 import chunks
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_files import reading
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import reached
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
 from mesh_msgs_hdf5.map_file.writing.check_edit import checked_edit
 from mesh_msgs_hdf5.map_file.writing.edit_writer import apply_edit
@@ -65,6 +66,37 @@ def convert(
         )
     check_target(target_path, overwrite)
     _check_not_the_same(source_path, target_path)
+    return _rewrite(source_path, target_path, part, profile, overwrite, label_changes)
+
+
+def repair(
+    source_path: PathLike,
+    target_path: PathLike,
+    part: Optional[str] = None,
+    overwrite: bool = False,
+    label_changes: Mapping[str, LabelChanges] = _NONE,
+) -> List[str]:
+    """As convert() to schema S1; of a map of that schema, source and target may be the same file.
+
+    What cannot be read is not in the new file, what can be mended is (see PartReader); a note says
+    each. A file in which nothing is wrong is not written over itself. Raises MapFileError.
+    """
+    check_target(target_path, overwrite)
+    expected = None
+    if _is_same(source_path, target_path):
+        expected = stamp(source_path)
+        with reading(source_path) as source:
+            reader = MapReader(source, source_path, part)
+            if reader.schema != "S1":
+                text = "it is a file of schema %s, which is only read" % reader.schema
+                raise MapFileError("schema", source_path, text, "name another file for the result")
+            reader.read()
+            if not reader.notes:
+                return []
+    return _rewrite(source_path, target_path, part, "s1", overwrite, label_changes, expected)
+
+
+def _rewrite(source_path, target_path, part, profile, overwrite, label_changes, expected=None):
     notes: List[str] = []
     with reading(source_path) as source:
         reader = MapReader(source, source_path, part)
@@ -76,6 +108,7 @@ def convert(
         others = {part: found for part, found in label_changes.items() if part != reader.part}
         names = PartNames.of_mesh(mesh)
         own = reader.own_paths()
+        notes += reader.notes
         target_part = _target_part(reader, notes)
         _note_what_is_lost(source, reader, own, mesh.uuid, notes)
 
@@ -93,7 +126,7 @@ def convert(
             verify(target_path, stream, writer, target_part, names, source)
 
         room = source.id.get_filesize() + bytes_of(mesh) + bytes_of(dict(label_changes))
-        save_built(target_path, build, room, overwrite=overwrite, compact=True)
+        save_built(target_path, build, room, expected=expected, overwrite=overwrite, compact=True)
     return notes
 
 
@@ -112,13 +145,12 @@ def repack(
     """
     check_compression(target_path, compression)
     check_target(target_path, overwrite)
-    same = os.path.exists(target_path) and os.path.samefile(source_path, target_path)
-    expected = stamp(source_path) if same else None
+    expected = stamp(source_path) if _is_same(source_path, target_path) else None
     with reading(source_path) as source:
         own: Set[str] = set()
         for part in MapReader(source, source_path).parts:
             own |= MapReader(source, source_path, part).own_paths()
-        own = {place for place in own if _is_worth_recoding(source[place])}
+        own = {place for place in own if _is_worth_recoding(reached(source, place))}
 
         def build(stream: Stream) -> None:
             writer = ObjectWriter(target_path, compression)
@@ -147,8 +179,12 @@ def _change_labels(writer, source, file, label_changes):
             apply_edit(writer, file["/" + part], reader, edit)
 
 
+def _is_same(source_path, target_path):
+    return os.path.exists(target_path) and os.path.samefile(source_path, target_path)
+
+
 def _check_not_the_same(source_path, target_path):
-    if os.path.exists(target_path) and os.path.samefile(source_path, target_path):
+    if _is_same(source_path, target_path):
         raise MapFileError(
             "exists", target_path, "it is the file that is to be converted", "name another one"
         )
@@ -184,7 +220,8 @@ def _target_part(reader, notes):
 def _note_what_is_lost(source, reader, own, uuid, notes):
     lost = []
     for place in sorted(own):
-        names = set(source[place].attrs) - _KNOWN_ATTRIBUTES
+        found = reached(source, place)  # None: a link, which was not read
+        names = set() if found is None else set(found.attrs) - _KNOWN_ATTRIBUTES
         lost += ["%s of %s" % (name, place) for name in sorted(names)]
     if lost:
         notes.append("left out: %d attributes of arrays, first %s" % (len(lost), lost[0]))

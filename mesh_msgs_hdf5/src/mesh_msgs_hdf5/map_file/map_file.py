@@ -20,7 +20,8 @@ from mesh_msgs_hdf5.model.mesh import Label, Mesh, geometry_uuid
 
 # of MapReader, which a MapFile has, too
 MEMBERS = (
-    *("vertices", "faces", "vertex_normals", "vertex_colors", "texture_coordinates"),
+    *("vertices", "vertex_rounding", "faces"),
+    *("vertex_normals", "vertex_colors", "texture_coordinates"),
     *("layer_names", "vertex_costs", "layer_parameters", "all_layer_parameters"),
     *("face_attribute_names", "face_attribute", "face_parameters"),
     *("texture_indices", "texture", "materials", "features"),
@@ -40,16 +41,24 @@ class MapFile:
     is any change by others, unless uuid was asked for before. Every member raises MapFileError and
     nothing else for a file that is not sound; nothing outside the file is ever read.
 
-    part: its name; "" or "/" is the root group; None stands for mesh if there is one, else for the
-    only one (code part if there are several).
+    One bad value does not make a map useless. Only the geometry, its frame and origin must be good.
+    Of all else, what is bad is left out or mended (a value -inf of a layer is NaN; PartReader), as
+    if the file did not have it, and notes says so. What is asked for by a name and cannot be read
+    is an error.
 
-    Attributes: path, part, schema ("S0", "S1", "S2", "meshes"), schema_version (0: the file does
-    not say), vertex_count, face_count, has_normals, has_colors. Its other members are those of
-    MapReader that have the names in MEMBERS: each opens the file once.
+    part: its name; "" or "/" is the root group; None stands for mesh if there is one, else for the
+    only one (code part if there are several). strict: what is bad is an error, whatever it is.
+
+    Attributes: path, part, strict, notes (what was left out or mended in what was read so far of
+    the file as it is now, a sentence for each), schema ("S0", "S1", "S2", "meshes"), schema_version
+    (0: the file does not say), vertex_count, face_count, has_normals, has_colors. Its other members
+    are those of MapReader that have the names in MEMBERS: each opens the file once.
     """
 
-    def __init__(self, path: PathLike, part: Optional[str] = None) -> None:
+    def __init__(self, path: PathLike, part: Optional[str] = None, strict: bool = False) -> None:
         check_name(path)
+        self.strict = strict
+        self.notes: List[str] = []
         self.path = os.fsdecode(path)
         self.part = part
         self._stamp = self._saved = None  # the file when it was looked at, and saved, last
@@ -68,10 +77,13 @@ class MapFile:
         """A MapReader on the file as it is now."""
         now = stamp(self.path)
         with reading(self.path) as file:
-            reader = MapReader(file, self.path, self.part)
+            reader = MapReader(file, self.path, self.part, self.strict)
             if now != self._stamp:
                 self._take_header(reader, now)
-            yield reader
+            try:
+                yield reader
+            finally:
+                self.notes = list(dict.fromkeys(self.notes + reader.notes))
 
     def _take_header(self, reader, now):
         identity = (reader.vertex_count, reader.face_count, reader.stored_uuid)
@@ -91,6 +103,7 @@ class MapFile:
         self.has_colors = reader.has_colors
         self._identity = identity
         self._stamp = now
+        self.notes = []
 
     def _is_computed_uuid(self, reader):
         known = self._computed_uuid

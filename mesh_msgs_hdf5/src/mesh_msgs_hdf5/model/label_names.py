@@ -44,6 +44,18 @@ def _escaped(name):
     return "%25" + name[1:] if name.startswith("%") else _ESCAPED.get(name, name)
 
 
+def usable_label(text: str) -> str:
+    """A text that can be a label, as like as possible to one that cannot."""
+    fault = label_fault(text)
+    while fault is not None:
+        if fault.index >= MAX_LABEL_BYTES:
+            text = text.encode("utf-8", "replace")[: fault.index].decode("utf-8", "ignore")
+        else:
+            text = text[: fault.index] + "_" + text[fault.index + 1 :]
+        fault = label_fault(text)
+    return text or "_"
+
+
 def check_label(path: PathLike, text: str, place: str = "") -> None:
     """Refuse a text that cannot be a label: code label.
 

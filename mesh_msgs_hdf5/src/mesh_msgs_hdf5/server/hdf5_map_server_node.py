@@ -40,6 +40,7 @@ class MapServer:
         for served in maps:
             self._topics.publish_map(served)
             progress.serves(served)
+            progress.say_notes(served)
         progress.ready(maps)
         self._reload = MapReload(maps, self._topics, progress, _owner_info(), options.read_only)
         self._store = MapStore(

@@ -3,11 +3,13 @@ import os
 from typing import Any, Dict, List, Tuple
 
 import genpy
+import numpy as np
+from mesh_msgs.checks.rounding import is_too_much
 
 from mesh_msgs_hdf5.files.probe import kind_of, read_head
 from mesh_msgs_hdf5.files.save import stamp as file_stamp
 from mesh_msgs_hdf5.formats.any_mesh import Members, MeshMembers
-from mesh_msgs_hdf5.formats.importer import read_unharmed_mesh
+from mesh_msgs_hdf5.formats.importer import read_unharmed_mesh, too_much_rounded
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
@@ -37,7 +39,7 @@ def load(
         parts: List[Any] = isolated("parts", path) if request.part == ALL_PARTS else []
         parts = [part or ROOT for part in parts] or [request.part or None]
         asked = [MapRequest(path, part) for part in parts]
-        sources = [IsolatedMapFile(path, one.part) for one in asked]
+        sources = [_map_source(path, one.part) for one in asked]
         notes = []
     found = [_served(*pair, stamp, owner_info, read_only) for pair in zip(asked, sources)]
     for served in found:
@@ -62,7 +64,15 @@ def source_now(request: MapRequest) -> Members:
     """What would be loaded, of a request for one part. Raises MapFileError."""
     if kind_of(request.path, read_head(request.path)) != "h5":
         return MeshMembers(request.path, read_unharmed_mesh(request.path)[0])
-    return IsolatedMapFile(request.path, request.part)
+    return _map_source(request.path, request.part)
+
+
+def _map_source(path, part):
+    source = IsolatedMapFile(path, part)
+    rounding = source.vertex_rounding
+    if is_too_much(rounding, source.vertices if rounding else np.zeros((1, 3), np.float32)):
+        raise too_much_rounded(path, rounding)
+    return source
 
 
 def _served(request, source, stamp, owner_info, read_only):

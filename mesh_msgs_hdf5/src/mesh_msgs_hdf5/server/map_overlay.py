@@ -104,6 +104,11 @@ class MapOverlay:
             return getattr(self.source, name)
 
     @property
+    def notes(self) -> List[str]:
+        """What was left out or mended in what was read of the file."""
+        return list(self.source.notes)
+
+    @property
     def has_colors(self) -> bool:
         """True if there are vertex colors; they are not read."""
         edit = self._edit

@@ -45,6 +45,12 @@ class MapProgress:
         self._notes[path] = [one_line(note) for note in notes]
         self._failures.pop(path, None)
 
+    def say_notes(self, served: ServedMap) -> None:
+        """What is bad in the file, and not served as it stands there: once, also in the log."""
+        for note in served.new_notes():
+            rospy.logwarn("%s", one_line("%s: %s" % (served.name, note)))
+            self._notes.setdefault(served.path, []).append(one_line(note))
+
     def serves(self, served: ServedMap) -> None:
         """A map has been published; ready() does not look into its file."""
         try:

@@ -57,6 +57,8 @@ class MapReload:
         settled = {path for path in now if now[path] == self._before.get(path)} - self._locked
         self._known = {path: (now if path in settled else self._known).get(path) for path in now}
         self._before = now
+        for served in self._maps:
+            self._progress.say_notes(served)  # much is read only when it is asked for
         self._progress.ready(self._maps)
 
     def _stamps(self):

@@ -2,7 +2,7 @@
 import dataclasses
 import os
 import threading
-from typing import Any, Callable, List, Tuple, Union
+from typing import Any, Callable, List, Set, Tuple, Union
 
 import genpy
 
@@ -66,6 +66,7 @@ class ServedMap:
         self.is_ended = False
         self.loaded_stamp: Any = None
         self.saved_stamp: Any = None
+        self._said: Set[str] = set()
         self._saving = threading.Lock()
         self._changing = threading.Lock()
 
@@ -86,6 +87,15 @@ class ServedMap:
             overlay.frame_id,
             overlay.uuid,
         )
+
+    def new_notes(self) -> List[str]:
+        """What was left out or mended in what was read of the file so far, each said once."""
+        notes = list(self.overlay.notes)
+        if isinstance(self.labels, LabelStore):
+            notes += self.labels.file_notes()
+        new = [note for note in dict.fromkeys(notes) if note not in self._said]
+        self._said.update(new)
+        return new
 
     def store(
         self, read: Callable[[Any, Any], Received], message: Any, stamp: genpy.Time

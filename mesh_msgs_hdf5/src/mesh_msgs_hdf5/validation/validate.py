@@ -51,7 +51,7 @@ def validate(
 
 def _validate_part(path, part, progress) -> List[MapFinding]:
     try:
-        file, form, notes, _ = open_members(path, part)
+        file, form, notes, _ = open_members(path, part, strict=True)
     except MapFileError as error:
         return [_error("file", error)]
     findings = [MapFinding("import", NOTE, "file", note) for note in notes]

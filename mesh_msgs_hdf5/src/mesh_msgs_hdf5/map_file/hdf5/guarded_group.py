@@ -1,5 +1,5 @@
 """The group of a part, from which only what is safe is read; counts the bytes that are read."""
-from typing import Dict, Iterable, List, Optional, Tuple, Union
+from typing import Callable, Dict, Iterable, List, Optional, Tuple, Union
 
 import h5py
 import numpy as np
@@ -32,13 +32,15 @@ class GuardedGroup:
     A link anywhere on the way to a place is refused (code link). What is read through one object
     is bounded in all: a file may name one small dataset many times.
 
-    path: the file, for errors. Attribute budget: bytes that may be read.
+    path: the file, for errors. Attributes: budget (bytes that may be read), tell (is told of names
+    that are left out because they are not UTF-8; None: they are refused).
     """
 
     def __init__(self, path: PathLike, group: h5py.Group) -> None:
         self.path = path
         self.group = group
         self.budget = default_budget()
+        self.tell: Optional[Callable[[str], None]] = None
         self._taken = 0
         self._file_bytes = group.file.id.get_filesize()
         self._subgroups: Dict[str, Optional[h5py.Group]] = {}
@@ -84,12 +86,16 @@ class GuardedGroup:
     def names(self, place: str, most: int = MAX_CHILDREN) -> List[str]:
         """The names in the group at a place, sorted; [] if there is no group."""
         group = self.subgroup(place)
-        return [] if group is None else children(self.path, group, most)
+        return [] if group is None else self.children(group, most)
+
+    def children(self, group: h5py.Group, most: int = MAX_CHILDREN) -> List[str]:
+        """The names in a group below, sorted."""
+        return children(self.path, group, most, self.tell)
 
     def dataset_names(self, place: str, most: int = MAX_CHILDREN) -> List[str]:
         """Those of them that are datasets and no links."""
         group = self.subgroup(place)
-        names = [] if group is None else children(self.path, group, most)
+        names = [] if group is None else self.children(group, most)
         return [name for name in names if is_dataset_of_this_file(group, name)]
 
     def is_empty(self, place: str) -> bool:

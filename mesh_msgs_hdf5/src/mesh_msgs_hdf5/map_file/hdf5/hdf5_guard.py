@@ -8,7 +8,7 @@ import contextlib
 import functools
 import os
 import types
-from typing import Any, Iterator, List, Mapping, Optional, Tuple
+from typing import Any, Callable, Iterator, List, Mapping, Optional, Tuple
 
 import h5py
 
@@ -141,8 +141,16 @@ def first_keys(group: h5py.Group, most: int) -> List[bytes]:
     return keys
 
 
-def children(path: PathLike, group: h5py.Group, most: int = MAX_CHILDREN) -> List[str]:
-    """The names in a group, sorted; refuses more than `most`, and names that are not UTF-8."""
+def children(
+    path: PathLike,
+    group: h5py.Group,
+    most: int = MAX_CHILDREN,
+    tell: Optional[Callable[[str], None]] = None,
+) -> List[str]:
+    """The names in a group, sorted; refuses more than `most`, and names that are not UTF-8.
+
+    tell: is told of those instead, in a sentence for each; they are left out.
+    """
     # a group in the new style knows their number; one in the old would count for seconds
     new_style = h5py.h5o.get_info(group.id).hdr.mesg.present >> _LINK_INFO & 1
     too_many = bool(new_style) and len(group) > most
@@ -159,9 +167,10 @@ def children(path: PathLike, group: h5py.Group, most: int = MAX_CHILDREN) -> Lis
         try:
             names.append(key.decode("utf-8"))
         except UnicodeDecodeError as error:
-            raise MapFileError(
-                "value", path, "a name in %s is not UTF-8: %r" % (group.name, key), "rename it"
-            ) from error
+            text = "a name in %s is not UTF-8: %r" % (group.name, key)
+            if tell is None:
+                raise MapFileError("value", path, text, "rename it") from error
+            tell("left out: " + text)
     return sorted(names)
 
 

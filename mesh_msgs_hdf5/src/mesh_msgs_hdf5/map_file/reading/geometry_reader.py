@@ -7,6 +7,7 @@ import numpy as np
 from mesh_msgs_hdf5.checks.check import check_faces, check_finite
 from mesh_msgs_hdf5.checks.exact import to_exact
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import check_shape
+from mesh_msgs_hdf5.map_file.reading.mending import mended_normals
 from mesh_msgs_hdf5.map_file.reading.part_reader import PartReader
 from mesh_msgs_hdf5.model.errors import MapFileError
 
@@ -53,21 +54,48 @@ class GeometryReader(PartReader):
 
     @property
     def vertices(self) -> np.ndarray:
-        """(V, 3) float32, meters in frame_id; finite."""
-        return self._vectors(self.guarded.dataset(self.layout.vertices), None)
+        """(V, 3) float32, meters in frame_id; finite. Wider floats are rounded, with a note."""
+        found = self.guarded.dataset(self.layout.vertices)
+        values = self.float32(self._vectors(found, None), found.name)
+        check_finite(self.guarded.path, found.name, values)
+        return values
+
+    @property
+    def vertex_rounding(self) -> float:
+        """By how much (meters) rounding changes a coordinate at most; nothing is read of float32.
+
+        Far from the origin float32 is coarse: see mesh_msgs.checks.rounding.is_too_much.
+        """
+        found = self.guarded.dataset(self.layout.vertices)
+        if self.strict or found.dtype.kind != "f" or found.dtype.itemsize <= 4:
+            return 0.0
+        values = self._vectors(found, None)
+        return (
+            float(np.abs(self.float32(values, found.name) - values).max()) if len(values) else 0.0
+        )
 
     @property
     def vertex_normals(self) -> Optional[np.ndarray]:
-        """(V, 3) float32, finite; None if the file has none."""
+        """(V, 3) float32, finite; None if the file has none that can be read."""
+        return self.tolerated(self._normals, None)
+
+    def _normals(self):
         found = self.guarded.first_dataset(self.layout.normals)
-        return None if found is None else self._vectors(found, self.vertex_count)
+        if found is None:
+            return None
+        values = self.float32(self._vectors(found, self.vertex_count), found.name)
+        bad = ~np.isfinite(values).all(axis=1)
+        if bad.any() and (self.strict or bad.all()):
+            check_finite(self.guarded.path, found.name, values)
+        if bad.any():
+            values = mended_normals(values, bad, self.vertices, self.faces)
+            text = "%d normals of %s are not finite: made anew from the faces there, first row %d"
+            self.note(text % (np.count_nonzero(bad), found.name, bad.argmax()))
+        return values
 
     def _vectors(self, found, rows):
         columns = check_shape(self.guarded.path, found, 3, rows)
-        values = self.guarded.values(found).reshape(-1, columns)
-        values = to_exact(values, "<f4", self.guarded.path, found.name)
-        check_finite(self.guarded.path, found.name, values)
-        return values
+        return self.guarded.values(found).reshape(-1, columns)
 
     @property
     def faces(self) -> np.ndarray:
@@ -81,10 +109,13 @@ class GeometryReader(PartReader):
 
     @property
     def vertex_colors(self) -> Optional[np.ndarray]:
-        """(V, 3) uint8 red, green, blue; None if the file has none.
+        """(V, 3) uint8 red, green, blue; None if the file has none that can be read.
 
-        A fourth value must say that all is opaque.
+        A fourth value, alpha, is left out; that is noted where it does not say that all is opaque.
         """
+        return self.tolerated(self._colors, None)
+
+    def _colors(self):
         found = self.guarded.first_dataset(self.layout.colors)
         if found is None:
             return None
@@ -97,11 +128,10 @@ class GeometryReader(PartReader):
     def _opaque(self, name, values):
         alpha = values[:, 3] != 255
         if alpha.any():
-            raise MapFileError(
-                "value",
-                self.guarded.path,
-                "%s has an alpha other than 255 in row %d, %d in all"
-                % (name, np.flatnonzero(alpha)[0], np.count_nonzero(alpha)),
-                "vertex colors are opaque: store red, green and blue",
-            )
+            text = "%s has an alpha other than 255 in row %d, %d in all"
+            text %= name, alpha.argmax(), np.count_nonzero(alpha)
+            if self.strict:
+                hint = "vertex colors are opaque: store red, green and blue"
+                raise MapFileError("value", self.guarded.path, text, hint)
+            self.note("left out: alpha; " + text)
         return np.ascontiguousarray(values[:, :3])

@@ -1,7 +1,8 @@
 """Reads labels: labels/<class>/<instance> holds the faces of the label class_instance."""
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, FrozenSet, List, Optional, Sequence, Tuple
 
 import h5py
+import numpy as np
 
 from mesh_msgs.checks.label_name import label_fault
 from mesh_msgs_hdf5.checks.check import checked_label
@@ -9,7 +10,6 @@ from mesh_msgs_hdf5.map_file.hdf5.guarded_group import check_shape
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import row_attribute, text_attribute
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import (
     child,
-    children,
     hard_object,
     is_group_of_this_file,
 )
@@ -23,14 +23,18 @@ from mesh_msgs_hdf5.model.label_names import (
     join_label,
     label_path,
     natural_order,
+    usable_label,
 )
 from mesh_msgs_hdf5.model.mesh import Label
+
+_CUT = 50  # characters of a text that cannot be used, where a number comes behind it
 
 
 class LabelReader(PartReader):
     """The labels of a part, which are in a group of it, if the layout has one."""
 
     face_count: int
+    _renamed: Sequence[str] = ()
 
     def label_names(self) -> List[str]:
         """The texts of the labels, in natural order (tree_2 before tree_10)."""
@@ -40,8 +44,18 @@ class LabelReader(PartReader):
         """Text -> (group, dataset) below the group of labels; in natural order of the texts.
 
         The text is that of the attribute, or class_instance. Links, and what is no dataset in a
-        group of a class, are no labels. Raises MapFileError (label, size, value).
+        group of a class, are no labels. A text that cannot be one, or is another label's, is read
+        as one like it, with a note (see renamed_labels).
         """
+        found = self.tolerated(self._label_paths, {})
+        return {text: found[text] for text in sorted(found, key=natural_order)}
+
+    def renamed_labels(self) -> FrozenSet[str]:
+        """Those of the texts that the file does not say so."""
+        self.label_paths()
+        return frozenset(self._renamed)
+
+    def _label_paths(self):
         labels = self.guarded.subgroup(self.layout.labels) if self.layout.labels else None
         found: Dict[str, Tuple[str, str]] = {}
         if labels is None:
@@ -49,40 +63,71 @@ class LabelReader(PartReader):
         path = self.guarded.path
         classes = [
             name
-            for name in children(path, labels, MAX_LABELS)
+            for name in self.guarded.children(labels, MAX_LABELS)
             if is_group_of_this_file(labels, name)
         ]
         names: Dict[str, List[str]] = {}
         left = MAX_LABELS  # counted before any is looked at: a class may have many names
         for class_name in classes:
-            names[class_name] = children(path, child(path, labels, class_name), left)
+            names[class_name] = self.guarded.children(child(path, labels, class_name), left)
             left -= len(names[class_name])
+        wrong: List[Tuple[str, Tuple[str, str], MapFileError]] = []
         for class_name in classes:
             group = child(path, labels, class_name)
             for name in names[class_name]:
                 text = self._label_text(group, class_name, name)
                 if text is None:
                     continue
-                check_label(path, text, "/".join((labels.name, class_name, name)))
-                if text in found:
-                    raise MapFileError(
-                        "label",
-                        path,
-                        "label %s is there twice, in %s/{%s/%s,%s/%s}"
-                        % ((text, labels.name) + found[text] + (class_name, name)),
-                        "remove one of them",
-                    )
+                try:
+                    self._check_text(labels, text, (class_name, name), found)
+                except MapFileError as error:
+                    if self.strict:
+                        raise
+                    wrong.append((text, (class_name, name), error))
+                    continue
                 found[text] = class_name, name
-        return {text: found[text] for text in sorted(found, key=natural_order)}
+        self._renamed = self._rename(wrong, found)
+        return found
+
+    def _check_text(self, labels, text, place, found):
+        path = self.guarded.path
+        check_label(path, text, "/".join((labels.name,) + place))
+        if text in found:
+            raise MapFileError(
+                "label",
+                path,
+                "label %s is there twice, in %s/{%s/%s,%s/%s}"
+                % ((text, labels.name) + found[text] + place),
+                "remove one of them",
+            )
+
+    def _rename(self, wrong, found):
+        """Put labels whose texts cannot be used into found, and return how they are called there.
+
+        All others have their texts already: no label loses its own to one of these.
+        """
+        numbers: Dict[str, int] = {}
+        renamed = []
+        for text, place, error in wrong:
+            text = wanted = usable_label(text)
+            while text in found:
+                numbers[wanted] = numbers.get(wanted, 1) + 1
+                text = usable_label("%s_%d" % (wanted[:_CUT], numbers[wanted]))
+            found[text] = place
+            renamed.append(text)
+            self.note("%s: it is read as %s" % (error.message, text))
+        return renamed
 
     def _label_text(self, group, class_name, name) -> Optional[str]:
         """The text of a label; None if it is none."""
         found = hard_object(group, name)
         if not isinstance(found, h5py.h5d.DatasetID):
             return None
+        text = None
         if h5py.h5a.exists(found, TEXT.encode("utf-8")):
-            return text_attribute(self.guarded.path, h5py.Dataset(found), TEXT)
-        return join_label(class_name, name)
+            dataset, path = h5py.Dataset(found), self.guarded.path
+            text = self.tolerated(lambda: text_attribute(path, dataset, TEXT), None)
+        return join_label(class_name, name) if text is None else text
 
     def label(self, text: str) -> Label:
         """One label; each face once, at its first place in the file.
@@ -116,13 +161,36 @@ class LabelReader(PartReader):
         return (class_name, name) if there else None
 
     def labels(self) -> Dict[str, Label]:
-        """All labels by their texts, in natural order."""
-        return {text: self._read_label(text, *place) for text, place in self.label_paths().items()}
+        """All labels that can be read by their texts, in natural order."""
+        found = {}
+        for text, place in self.label_paths().items():
+            label = self.tolerated(lambda: self._read_label(text, *place), None)
+            if label is not None:
+                found[text] = label
+        return found
 
     def _read_label(self, text, class_name, name):
         path = self.guarded.path
         found = self.guarded.dataset("/".join((self.layout.labels, class_name, name)))
         check_shape(path, found, 1)
+        color = self.tolerated(lambda: self._color(text, found), None)
+        faces = self.guarded.values(found).reshape(-1)
+        if not self.strict and faces.dtype.kind in "iu":
+            faces = self._faces_of_mesh(text, faces)
+        return checked_label(path, text, Label(faces, color), self.face_count)
+
+    def _color(self, text, found):
+        path = self.guarded.path
         color = row_attribute(path, found, schema.LABEL_COLOR, 3)
-        label = Label(self.guarded.values(found).reshape(-1), None if color is None else color)
-        return checked_label(path, text, label, self.face_count)
+        return checked_label(path, text, Label(np.zeros(0, np.uint32), color), 0).color
+
+    def _faces_of_mesh(self, text, faces):
+        wrong = (faces < 0) | (faces >= self.face_count)
+        if wrong.any():
+            first = wrong.argmax()
+            self.note(
+                "left out: %d of %d faces of label %s, for the mesh has only %d; first entry %d, %d"
+                % (wrong.sum(), len(faces), text, self.face_count, first, faces[first])
+            )
+            faces = faces[~wrong]
+        return faces

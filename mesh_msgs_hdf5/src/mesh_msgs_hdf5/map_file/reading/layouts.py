@@ -214,4 +214,5 @@ def _names(path, group, depth):
     if depth and len(first_keys(group, _MAX_NAMES + 1)) > _MAX_NAMES:
         return []
     # the usual ones first: the search may end before the others
-    return sorted(children(path, group), key=lambda name: name not in ("mesh", "meshes"))
+    found = children(path, group, tell=lambda _: None)  # no part can be named by what is no text
+    return sorted(found, key=lambda name: name not in ("mesh", "meshes"))

@@ -40,13 +40,15 @@ class MapReader(
 ):
     """One part of an open h5py.File. Opening reads names, shapes and attributes, no arrays.
 
-    Most of its members are those of MapFile, too; this one reads the file as it is open. Every
-    member raises MapFileError (with the given path) where the file is not sound.
+    Most of its members are those of MapFile, too; this one reads the file as it is open. A member
+    raises MapFileError (with the given path) where nothing of it can be read: see PartReader.
 
     Attributes: file, path, part, layout, group (of the part).
     """
 
-    def __init__(self, file: h5py.File, path: PathLike, part: Optional[str] = None) -> None:
+    def __init__(
+        self, file: h5py.File, path: PathLike, part: Optional[str] = None, strict: bool = False
+    ) -> None:
         self.path = path
         self.file = file
         components = schema.part_path(path, default_part(file, path) if part is None else part)
@@ -58,7 +60,7 @@ class MapReader(
         if layout is None:
             raise self._no_mesh()
         self.group = group
-        super().__init__(GuardedGroup(path, group), layout)
+        super().__init__(GuardedGroup(path, group), layout, strict)
 
     def _no_mesh(self):
         known = [part or "/" for part in self.parts]
@@ -115,12 +117,16 @@ class MapReader(
     @property
     def crs(self) -> str:
         """The coordinate reference system of origin; "" if not said."""
-        return checked_crs(self.path, self.text(schema.CRS, ""))
+        return self.tolerated(lambda: checked_crs(self.path, self.text(schema.CRS, "")), "")
 
     @property
     def source(self) -> Dict[str, Any]:
         """Provenance (dict); {} for a file that does not say."""
-        return from_json(self.path, "attribute " + schema.SOURCE, self.text(schema.SOURCE))
+
+        def read():
+            return from_json(self.path, "attribute " + schema.SOURCE, self.text(schema.SOURCE))
+
+        return self.tolerated(read, {})
 
     @property
     def stored_uuid(self) -> Optional[str]:
@@ -132,11 +138,11 @@ class MapReader(
     def read(self, members: Optional[Iterable[str]] = None) -> Mesh:
         """Everything, read at one moment; in a file of ours the geometry must be its UUID's.
 
+        What cannot be read is left out, with a note, but for the geometry and where it is.
         members: names of members of Mesh; only these, the geometry and where it is are read.
         """
         if members is None:
-            datasets = [self.guarded.dataset(place, fields=True) for place in self._places()]
-            self.guarded.check_total(sum(map(declared_bytes, datasets)))
+            self.guarded.check_total(sum(map(self._declared_bytes, self._places())))
         mesh = Mesh(vertices=self.vertices, faces=self.faces)
         stored = self.stored_uuid if self.schema_version else None
         with ThreadPoolExecutor(1) as pool:  # the hash takes a third of the time of reading
@@ -154,18 +160,38 @@ class MapReader(
             )
         return mesh
 
+    def _declared_bytes(self, place):
+        """Of a dataset; 0 if it cannot be read."""
+        try:
+            return declared_bytes(self.guarded.dataset(place, fields=True))
+        except MapFileError as error:
+            if error.code == "size" or place in (self.layout.vertices, self.layout.faces):
+                raise
+            return 0  # whoever reads it says why
+
     def _read_attributes(self, mesh, members):
         for name in _PLACE + (_MEMBERS if members is None else tuple(members)):
             if name not in _PLACE + _MEMBERS:
                 raise MapFileError("value", self.path, "a mesh has no member %r" % name, "")
             value = getattr(self, _NAMED[name][0] if name in _NAMED else name)
             if name in _NAMED:
-                value = {key: getattr(self, _NAMED[name][1])(key) for key in value()}
+                value = self._all_of(value(), getattr(self, _NAMED[name][1]))
             elif name == "labels":
                 value = value()
             if name.endswith("_parameters"):
                 value = {key: parameters for key, parameters in value.items() if parameters}
             setattr(mesh, name, value)
+        if mesh.materials is not None and (members is None or "textures" in members):
+            self.without_textures(mesh.materials, mesh.textures)
+
+    def _all_of(self, keys, read):
+        """What can be read, by its key."""
+        found = {}
+        for key in keys:
+            value = self.tolerated(lambda: read(key), None)
+            if value is not None:
+                found[key] = value
+        return found
 
     def own_paths(self) -> Set[str]:
         """The absolute paths of all datasets of the Mesh, and of groups that say nothing.
@@ -179,7 +205,8 @@ class MapReader(
             own.add(self._absolute("/".join((labels,) + place)))
         groups = list(self.layout.structure)
         if labels:
-            groups += ["%s/%s" % (labels, name) for name in self.guarded.names(labels)]
+            names = self.tolerated(lambda: self.guarded.names(labels), [])
+            groups += ["%s/%s" % (labels, name) for name in names]
         own.update(self._absolute(place) for place in groups if self.guarded.is_empty(place))
         return own
 
@@ -219,7 +246,8 @@ def other_contents(
 
 def _walk(path, group, prefix, known, ways, found):
     """No deeper than what is known, so that nothing can make it go deep."""
-    for name in children(path, group):
+    undecoded: List[str] = []
+    for name in children(path, group, tell=undecoded.append):
         place = "%s/%s" % (prefix, name)
         if place in known:
             continue
@@ -227,3 +255,4 @@ def _walk(path, group, prefix, known, ways, found):
             _walk(path, group[name], place, known, ways, found)
         else:
             found.append(place)
+    found += [prefix + "/(name that is not UTF-8)"] * bool(undecoded)

@@ -1,5 +1,5 @@
 """Reads the materials of faces, in the form of hdf5_map_io or in LVR2's."""
-from typing import List, Optional
+from typing import Collection, List, Optional
 
 import numpy as np
 
@@ -43,7 +43,11 @@ class MaterialReader(PartReader):
 
     @property
     def materials(self) -> Optional[Materials]:
-        """What the faces are made of; None if the file does not say it of each face."""
+        """What the faces are made of; None if the file does not say it of each face, or not so
+        that it can be read. A material whose texture is not there is one without."""
+        return self.tolerated(self._materials, None)
+
+    def _materials(self):
         datasets = [self.guarded.dataset(place, fields=True) for place in self.material_places()]
         if not datasets:
             return None
@@ -62,7 +66,18 @@ class MaterialReader(PartReader):
         check_shape(path, datasets[-1], 1, self.face_count)
         faces = self.guarded.values(datasets[-1]).reshape(-1)
         found = Materials(colors, indices, faces)
+        if not self.strict:
+            self.without_textures(found, self.texture_indices())
         return checked_materials(path, found, self.face_count, self.texture_indices())
+
+    def without_textures(self, materials: Materials, there: Collection[int]) -> None:
+        """Take the textures that are not there away from materials; a note says so."""
+        indices = materials.texture_indices
+        lost = (indices != -1) & ~np.isin(indices, np.array(sorted(there), dtype=np.int64))
+        if lost.any():
+            text = "left out: the textures of %d materials, which are not there; first material %d"
+            self.note((text + " with texture %d") % (lost.sum(), lost.argmax(), indices[lost][0]))
+            materials.texture_indices = np.where(lost, -1, indices).astype(np.int32)
 
     def _compound(self, found):
         """(colors, texture indices) of a compound, whatever its fields' order and widths."""

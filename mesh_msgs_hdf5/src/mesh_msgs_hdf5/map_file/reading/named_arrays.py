@@ -14,6 +14,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 
 MAX_ARRAYS = 4096  # names in a group of layers or face attributes
 _INDICES = "_idx"  # LVR2 stores a sparse map as <name> and <name>_idx
+_CUT = 50  # characters of a name that cannot be used
 _LAYER, _FACE_ATTRIBUTE = "layer", "face attribute"
 
 
@@ -21,6 +22,14 @@ def _dense(names: List[str]) -> List[str]:
     """The names that are no half of a sparse map."""
     known = set(names)
     return [name for name in names if not name.endswith(_INDICES) and name + _INDICES not in known]
+
+
+def _is_usable(name):
+    try:
+        schema.check_face_attribute_name("", name)
+    except MapFileError:
+        return False
+    return True
 
 
 class NamedArrayReader(PartReader):
@@ -34,6 +43,9 @@ class NamedArrayReader(PartReader):
         """Name -> place in the part, sorted by name, of the cost layers: float datasets with one
         value per vertex that are not mesh data.
         """
+        return self.tolerated(self._layer_places, {})
+
+    def _layer_places(self):
         found: Dict[str, str] = {}
         for group_place in self.layout.layers:
             group = self.guarded.subgroup(group_place)
@@ -43,7 +55,7 @@ class NamedArrayReader(PartReader):
                     continue
                 if self._is_layer(group, name):
                     found[name] = place
-        return dict(sorted(found.items()))
+        return self._usable(_LAYER, found)
 
     def _is_layer(self, group, name):
         key = name.encode("utf-8")
@@ -61,6 +73,9 @@ class NamedArrayReader(PartReader):
         """Name -> place in the part, sorted by name: every dataset in the group of face attributes,
         and single ones of LVR2.
         """
+        return self.tolerated(self._face_attribute_places, {})
+
+    def _face_attribute_places(self):
         group_place = self.layout.face_attributes
         names = _dense(self.guarded.dataset_names(group_place, MAX_ARRAYS)) if group_place else ()
         found = {name: "%s/%s" % (group_place, name) for name in names}
@@ -68,7 +83,23 @@ class NamedArrayReader(PartReader):
             name = place.rpartition("/")[2]
             if name not in found and exists(self.guarded.group, place):
                 found[name] = place
-        return dict(sorted(found.items()))
+        return self._usable(_FACE_ATTRIBUTE, found)
+
+    def _usable(self, what, found):
+        """The same, sorted, with names that can be saved; a note says what has another one."""
+        usable = {name: place for name, place in found.items() if _is_usable(name)}
+        for name, place in found.items():
+            if name in usable or self.strict:
+                usable[name] = place
+                continue
+            plain = new = "".join(c if c.isprintable() else "_" for c in name)[:_CUT] or "_"
+            number = 1
+            while new in usable or new in found or not _is_usable(new):
+                number += 1
+                new = "%s_%d" % (plain, number)
+            usable[new] = place
+            self.note("the name of %s %r is not printable: it is read as %s" % (what, name, new))
+        return dict(sorted(usable.items()))
 
     def layer_names(self) -> List[str]:
         """The names of the vertex cost layers, sorted."""
@@ -77,6 +108,7 @@ class NamedArrayReader(PartReader):
     def vertex_costs(self, name: str) -> np.ndarray:
         """(V,) float32 of one layer: finite >= 0 is a cost, +inf lethal, NaN unknown."""
         values = self.guarded.values(self._named(_LAYER, self.layer_places, name))
+        values = self._sound_costs("layer %s" % name, values, "vertex")
         return checked_costs(self.guarded.path, name, values, self.vertex_count)
 
     def layer_parameters(self, name: str) -> Dict[str, Any]:
@@ -103,6 +135,8 @@ class NamedArrayReader(PartReader):
                 "one row for each face",
             )
         values = self.guarded.values(found)
+        if values.dtype == np.float32 and values.size == self.face_count:
+            values = self._sound_costs("face attribute %s" % name, values, "face")
         return checked_face_attribute(self.guarded.path, name, values, self.face_count)
 
     def face_parameters(self, name: str) -> Dict[str, Any]:
@@ -110,8 +144,23 @@ class NamedArrayReader(PartReader):
         return self._parameters(self._named(_FACE_ATTRIBUTE, self.face_attribute_places, name))
 
     def _parameters(self, found):
-        text = text_attribute(self.guarded.path, found, schema.PARAMETERS)
-        return from_json(self.guarded.path, "%s of %s" % (schema.PARAMETERS, found.name), text)
+        def read():
+            text = text_attribute(self.guarded.path, found, schema.PARAMETERS)
+            return from_json(self.guarded.path, "%s of %s" % (schema.PARAMETERS, found.name), text)
+
+        return self.tolerated(read, {})
+
+    def _sound_costs(self, name, values, noun):
+        """Costs as float32; -inf, which means nothing, is unknown, as NaN: never free."""
+        if self.strict or values.dtype.kind != "f":
+            return values
+        values = self.float32(values, name)
+        wrong = values == -np.inf
+        if wrong.any():
+            text = "%s: %d values -inf are taken for unknown (NaN), first %s %d"
+            self.note(text % (name, np.count_nonzero(wrong), noun, wrong.reshape(-1).argmax()))
+            values = np.where(wrong, np.float32(np.nan), values)
+        return values
 
     def _named(self, what, places, name):
         if name not in places:

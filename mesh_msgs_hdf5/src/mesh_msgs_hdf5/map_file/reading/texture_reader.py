@@ -9,6 +9,7 @@ from mesh_msgs_hdf5.checks.check import checked_image, checked_texture_coordinat
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import check_shape
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import attribute
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import is_group_of_this_file
+from mesh_msgs_hdf5.map_file.reading.mending import mended_coordinates
 from mesh_msgs_hdf5.map_file.reading.part_reader import PartReader
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -25,24 +26,34 @@ class TextureReader(PartReader):
     """The textures and texture coordinates of a part."""
 
     vertex_count: int
+    faces: np.ndarray
 
     def texture_places(self) -> List[str]:
         """Where texture coordinates and textures are."""
-        place = self._images_place()
+        place = self.tolerated(self._images_place, "")
         found = self.guarded.first(self.layout.texture_coordinates)
         return found + ["%s/%d" % (place, index) for index in self.texture_indices()]
 
     @property
     def texture_coordinates(self) -> Optional[np.ndarray]:
-        """(V, 2) float32 u, v; None if the file has none.
+        """(V, 2) float32 u, v; None if the file has none that can be read.
 
         The third value that hdf5_map_io stores is left out, and stays in the file.
         """
+        return self.tolerated(self._texture_coordinates, None)
+
+    def _texture_coordinates(self):
         found = self.guarded.first_dataset(self.layout.texture_coordinates)
         if found is None:
             return None
         columns = check_shape(self.guarded.path, found, (3, 2), self.vertex_count)
         values = self.guarded.values(found).reshape(-1, columns)[:, :2]
+        values = self.float32(values, "texture coordinates")
+        bad = ~np.isfinite(values).all(axis=1)
+        if bad.any() and not bad.all() and not self.strict:
+            values = mended_coordinates(values, bad, self.faces)
+            text = "%d texture coordinates are not finite: the mean of those beside them, first"
+            self.note((text + " vertex %d") % (np.count_nonzero(bad), bad.argmax()))
         return checked_texture_coordinates(self.guarded.path, values, self.vertex_count)
 
     def texture_indices(self) -> List[int]:
@@ -54,6 +65,9 @@ class TextureReader(PartReader):
 
     @cached_property
     def _indices(self):
+        return self.tolerated(self._found_indices, [])
+
+    def _found_indices(self):
         place = self._images_place()
         names = self.guarded.dataset_names(place, MAX_TEXTURES) if place else []
         return sorted(int(name) for name in names if _is_index(name))

@@ -1,6 +1,4 @@
 """Applies an Edit to a part of a file that is being built."""
-from typing import Dict, Set, Tuple
-
 import h5py
 
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
@@ -9,6 +7,7 @@ from mesh_msgs_hdf5.map_file.writing.part_writer import PartWriter
 from mesh_msgs_hdf5.map_file.writing.texture_writer import has_lvr2_form
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.label_names import TEXT
 
 
 def apply_edit(writer: ObjectWriter, part: h5py.Group, reader: MapReader, edit: Edit) -> None:
@@ -22,18 +21,18 @@ def apply_edit(writer: ObjectWriter, part: h5py.Group, reader: MapReader, edit: 
         if getattr(edit, name) is not None:
             members.channel(channel, getattr(edit, name))
     _edit_named(
-        *(writer, channels, reader.layer_names()),
+        *(writer, channels, reader.layer_places),
         *(edit.vertex_costs, edit.layer_parameters),
         *(members.layer, members.parameters),
     )
     _edit_named(
-        *(writer, part.get(schema.FACE_ATTRIBUTES), reader.face_attribute_names()),
+        *(writer, part.get(schema.FACE_ATTRIBUTES), reader.face_attribute_places),
         *(edit.face_attributes, edit.face_parameters),
         *(members.face_attribute, members.parameters),
     )
     _edit_textures(members, edit)
     if edit.labels:
-        _edit_labels(writer, part, members, reader.label_paths(), edit)
+        _edit_labels(writer, part, members, reader, edit)
     if _is_edited(edit, "features"):
         _remove_features(writer, channels, reader.own_paths())
     if edit.features is not None:
@@ -44,17 +43,18 @@ def _is_edited(edit, name):
     return name in edit.remove or getattr(edit, name) is not None
 
 
-def _edit_named(writer, group, names, arrays, parameters, write, write_parameters):
-    """Change layers or face attributes in their group, of which those of these names are there."""
-    present = set(names) & (set(arrays) | set(parameters))
+def _edit_named(writer, group, places, arrays, parameters, write, write_parameters):
+    """Change layers or face attributes in their group, of which those at these places are there."""
+    edited = set(arrays) | set(parameters)
+    present = {name: way.rpartition("/")[2] for name, way in places.items() if name in edited}
     for name, values in arrays.items():
         if name in present:
-            writer.remove(group, name)
+            writer.remove(group, present[name])
         if values is not None:
             write(name, values, parameters.get(name))
     for name, value in parameters.items():
         if name not in arrays and name in present:
-            write_parameters(group[name], value)
+            write_parameters(group[present[name]], value)
 
 
 def _edit_textures(members, edit):
@@ -76,10 +76,13 @@ def _edit_labels(
     writer: ObjectWriter,
     part: h5py.Group,
     members: PartWriter,
-    places: Dict[str, Tuple[str, str]],
+    reader: MapReader,
     edit: Edit,
 ) -> None:
-    groups: Set[str] = set()
+    places, groups = reader.label_paths(), set()
+    for text in sorted(reader.renamed_labels().difference(edit.labels)):
+        # else its name would depend on the labels that are there now
+        writer.text(part[schema.LABELS]["/".join(places[text])], TEXT, text)
     for text in edit.labels:
         if text in places:
             group, name = places[text]

@@ -1,0 +1,193 @@
+"""One bad value does not make a map useless: what is bad is left out or mended, and said."""
+import dataclasses
+
+import numpy as np
+import pytest
+from bad_values import BAD, noted, write_bad
+from every_member import reading_members
+from map_samples import assert_same
+
+from mesh_msgs_hdf5.isolation import IsolatedMapFile
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.mesh import Label, Mesh
+from mesh_msgs_hdf5.validation.validate import validate
+
+FILES = {"here": MapFile, "isolated": IsolatedMapFile}
+# kinds of which a member asked for by its name is an error
+UNREADABLE = {"texture": ("texture", 10), "label type": ("label", "tree_2")}
+
+
+@pytest.fixture(params=BAD)
+def bad(request, tmp_path, rich_mesh):
+    """(path of a map in which one thing is bad, the mesh as it was, what is bad)."""
+    write_bad(tmp_path / "a.h5", rich_mesh, request.param)
+    return tmp_path / "a.h5", rich_mesh, request.param
+
+
+def assert_same_but(found, mesh, kind):
+    """All members but the one with the bad value, and of a dict all but the bad entry."""
+    for field in dataclasses.fields(Mesh):
+        name, one, other = field.name, getattr(found, field.name), getattr(mesh, field.name)
+        if name == "materials" and kind == "texture":
+            continue  # those that had it have none now
+        if name != BAD[kind].member:
+            assert_same(one, other, name)
+        elif isinstance(other, dict) and name not in ("source", "layer_parameters"):
+            differ = [key for key in other if key not in one or not same(one[key], other[key])]
+            assert len(differ) <= 1, differ
+            assert len(set(one) ^ set(other)) <= 1
+
+
+def same(one, other):
+    try:
+        assert_same(one, other, "")
+    except AssertionError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("kind_of_file", FILES)
+def test_all_else_is_read(bad, kind_of_file):
+    path, mesh, kind = bad
+    file = FILES[kind_of_file](path)
+    found = file.read()
+    assert_same_but(found, mesh, kind)
+    assert noted(file.notes, kind) == 1, file.notes
+    file.read()
+    assert noted(file.notes, kind) == 1
+    strict = FILES[kind_of_file](path, strict=True)
+    if BAD[kind].finding:
+        with pytest.raises(MapFileError):
+            strict.read()
+    assert not strict.notes
+
+
+@pytest.mark.parametrize("kind_of_file", FILES)
+def test_each_member_is_read(bad, kind_of_file):
+    path, _, kind = bad
+    file = FILES[kind_of_file](path)
+    for name, member in reading_members(file):
+        member()
+    assert noted(file.notes, kind) == 1, file.notes
+    if kind in UNREADABLE:
+        name, key = UNREADABLE[kind]
+        with pytest.raises(MapFileError):
+            getattr(file, name)(key)
+
+
+def test_validate_says_what_it_said(bad):
+    path, _, kind = bad
+    errors = [f for f in validate(str(path)) if f.level == "error"]
+    where = BAD[kind].finding
+    assert [f.where for f in errors if where and f.where.startswith(where)] or not where, errors
+    assert bool(errors) == bool(where)
+
+
+def test_mended_values():
+    """What stands in the place of each bad value, for those whose meaning is clear."""
+    from mesh_msgs_hdf5.map_file.reading.mending import mended_coordinates, mended_normals
+
+    vertices = np.float32([[0, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 9], [5, 5, 5]])
+    faces = np.uint32([[0, 1, 2], [0, 3, 1]])
+    bad = np.array([True, False, False, False, True])
+    normals = mended_normals(np.full((5, 3), 0.5, "f4"), bad, vertices, faces)
+    sums = np.cross([2, 0, 0], [0, 1, 0]) + np.cross([0, 0, 9], [2, 0, 0])
+    np.testing.assert_allclose(normals[0], sums / np.linalg.norm(sums), rtol=1e-6)
+    assert (normals[4] == 0).all() and (normals[1:4] == 0.5).all()
+    uv = np.float32([[np.nan, 1], [1, 0], [0, 1], [1, 1], [np.inf, 0]])
+    mended = mended_coordinates(uv, bad, faces)
+    # of the corners of each face: vertex 1 is in both
+    np.testing.assert_allclose(mended[0], [(1 + 0 + 1 + 1) / 4, (0 + 1 + 1 + 0) / 4])
+    assert (mended[4] == 0).all() and (mended[1:4] == uv[1:4]).all()
+
+
+def test_minus_infinity_is_unknown_and_never_free(tmp_path, rich_mesh):
+    write_bad(tmp_path / "a.h5", rich_mesh, "layer")
+    costs = MapFile(tmp_path / "a.h5").vertex_costs("height_diff")
+    assert np.isnan(costs[9])
+    others = np.arange(40) != 9
+    assert np.array_equal(costs[others], rich_mesh.vertex_costs["height_diff"][others], True)
+
+
+def test_labels_keep_all_faces_that_there_are(tmp_path, rich_mesh):
+    write_bad(tmp_path / "a.h5", rich_mesh, "label face")
+    kept = [face for face in range(60) if face != 3]
+    assert MapFile(tmp_path / "a.h5").label("tree_2").faces.tolist() == kept
+
+
+def test_an_edit_writes_nothing_bad(bad):
+    """Whatever is bad stays as it is stored, but for what is edited."""
+    path, mesh, kind = bad
+    file = MapFile(path)
+    file.update(Edit(vertex_costs={"new": np.zeros(40, np.float32)}))
+    assert_same(MapFile(path).vertex_costs("new"), np.zeros(40, np.float32), "new")
+    texts = file.label_names()
+    if BAD[kind].member == "labels":
+        file.update(Edit(labels=dict.fromkeys(texts)))  # bad ones, too
+        assert MapFile(path).label_names() == []
+        file.update(Edit(labels={"tree_2": Label(np.uint32([4]))}))
+        assert list(MapFile(path, strict=kind != "label of no text").labels()) == ["tree_2"]
+    elif BAD[kind].member == "vertex_costs":
+        names = [name for name in file.layer_names() if name != "new"]
+        values = {name: np.ones(40, np.float32) for name in names}
+        file.update(Edit(vertex_costs=values))
+        strict = MapFile(path, strict=True)
+        assert strict.layer_names() == sorted(names + ["new"])
+        assert all((strict.vertex_costs(name) == 1).all() for name in names)
+    else:
+        texts = [text for text in texts if text != "tree_1"]
+        file.update(Edit(labels={"tree_1": None}))
+        assert MapFile(path).label_names() == texts
+
+
+def test_a_deletion_leaves_the_names_of_others(tmp_path, rich_mesh):
+    """A label under a name that was taken keeps the one that it is read by."""
+    path = tmp_path / "a.h5"
+    write_bad(path, rich_mesh, "label twice")
+    MapFile(path).update(Edit(labels={"tree_1": None}))
+    file = MapFile(path)
+    assert file.label("tree_1_2").faces.tolist() == [1, 2] and not file.notes
+    assert "tree_1" not in file.label_names()
+
+
+def test_what_is_bad_is_not_saved_by_a_mesh(tmp_path, rich_mesh):
+    for name, value in (
+        ("vertex_normals", np.full((40, 3), np.nan, "f4")),
+        ("vertex_costs", {"x": np.full(40, -np.inf, "f4")}),
+        ("labels", {"x_1": Label(np.uint32([60]))}),
+    ):
+        with pytest.raises(MapFileError):
+            MapFile.write(tmp_path / "b.h5", dataclasses.replace(rich_mesh, **{name: value}))
+    assert not (tmp_path / "b.h5").exists()
+
+
+def test_much_that_is_bad_is_said_in_few_words(tmp_path, rich_mesh):
+    import h5py
+
+    from mesh_msgs_hdf5.map_file.reading.part_reader import MAX_NOTES
+
+    path = tmp_path / "a.h5"
+    MapFile.write(path, rich_mesh)
+    with h5py.File(path, "r+") as file:
+        for i in range(2 * MAX_NOTES):
+            file["mesh/labels/wrong/%d" % i] = np.zeros(3, "f4")
+    file = MapFile(path)
+    assert sorted(file.read().labels) == sorted(rich_mesh.labels)
+    assert len(file.notes) == MAX_NOTES + 1 and "mesh_tool validate" in file.notes[-1]
+
+
+@pytest.mark.parametrize("value", [np.nan, 1e60])
+def test_geometry_that_cannot_be_read_refuses_a_map(tmp_path, rich_mesh, value):
+    import h5py
+
+    path = tmp_path / "a.h5"
+    MapFile.write(path, rich_mesh)
+    with h5py.File(path, "r+") as file:
+        del file["mesh/channels/vertices"]
+        vertices = rich_mesh.vertices.astype("f8")
+        vertices[7] = value
+        file["mesh/channels/vertices"] = vertices
+    with pytest.raises(MapFileError, match="row 7"):
+        MapFile(path).read()
