@@ -133,6 +133,21 @@ def test_a_verb_loads_what_it_needs_alone():
     assert result.stdout in (b"[]\n", b"['tqdm']\n")
 
 
+def test_alone_it_prints_its_help(capsys):
+    assert main([]) == 2  # as wrong usage ends
+    out, err = capsys.readouterr()
+    assert out.startswith("usage: mesh_tool") and not err
+    assert all(verb in out for verb in VERBS)
+
+
+def test_completion_as_other_commands_have_it(capsys):
+    assert main(["completion", "bash"]) == 0
+    script = capsys.readouterr().out
+    with pytest.raises(SystemExit) as ended:
+        main(["--completion"])
+    assert ended.value.code in (0, None) and capsys.readouterr().out == script
+
+
 def test_the_executable_needs_no_roscore(triangle):
     environment = dict(os.environ, ROS_MASTER_URI="http://localhost:1")
     result = start("info", triangle, env=environment)

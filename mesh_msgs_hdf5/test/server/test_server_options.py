@@ -1,6 +1,10 @@
 """The parameters of hdf5_map_server."""
+import genpy
 import pytest
 
+from mesh_msgs_hdf5.label_manager.label_manager_options import parse as parse_labels
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.server.map_loading import load
 from mesh_msgs_hdf5.server.server_options import ALL_PARTS, MapRequest, ServerOptions, parse
 
 
@@ -70,3 +74,28 @@ def test_what_cannot_be_meant_is_one_sentence(parameters, words):
     with pytest.raises(ValueError, match=words) as refused:
         parse(parameters)
     assert "\n" not in str(refused.value) and ";" in str(refused.value)
+
+
+def test_a_relative_path_to_nothing_says_where_nodes_run(tmp_path, monkeypatch):
+    """With roslaunch that is ~/.ros, which nobody thinks of."""
+    monkeypatch.chdir(tmp_path)
+    for options in (
+        parse({"inputFile": "maps/garden.h5"}),
+        parse({"maps": [{"file": "maps/garden.h5"}]}),
+        parse({}, ["maps/garden.h5"]),
+    ):
+        with pytest.raises(MapFileError) as refused:
+            load(options.maps[0], genpy.Time(1), {}, True)
+        text = str(refused.value)
+        assert text.startswith("maps/garden.h5: there is no such file (nodes run in %s," % tmp_path)
+        assert "give an absolute path" in text
+    with pytest.raises(MapFileError) as refused:
+        load(MapRequest(str(tmp_path / "a.h5")), genpy.Time(1), {}, True)
+    assert "nodes run" not in str(refused.value)
+
+
+def test_so_does_label_manager(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(MapFileError, match="maps/a.h5: .*nodes run in"):
+        options = parse_labels({"map_file": "maps/a.h5", "folder_path": "labels"})
+        options.check(options.maps[0])

@@ -11,6 +11,7 @@ import numpy as np
 import rospy
 from mesh_msgs import arrays
 from mesh_msgs.diagnostics_ros import ERROR, OK, WARN, Diagnostics, Status
+from mesh_msgs_hdf5.files.probe import check_node_path
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.processes.zygote import prepare
 from visualization_msgs.msg import Marker
@@ -248,6 +249,10 @@ class MeshMapServer:
             _LOG.warning("%s", complaint)
         start = time.monotonic()
         self._say("reading %s" % parameters.mesh_file)
+        try:
+            check_node_path(parameters.mesh_file)
+        except MapFileError as error:
+            raise MeshMapError(str(error)) from error
         source = self._read(parameters.mesh_file, parameters.mesh_part, parameters.origin)
         self._stop_at_shutdown()
         mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)

@@ -44,6 +44,14 @@ class _Parser(argparse.ArgumentParser):
         sys.exit(2)
 
 
+class _Completion(argparse.Action):
+    """As other commands have it: the same as the verb completion."""
+
+    def __call__(self, parser, *_arguments):
+        sys.stdout.write(completion.bash_script())
+        parser.exit()
+
+
 def _say(text):
     print("%s: error: %s" % (PROGRAM, one_line(text)), file=sys.stderr)
 
@@ -55,6 +63,8 @@ def make_parser(verbs: Iterable[str] = tuple(VERBS)) -> argparse.ArgumentParser:
         description="Mesh maps in HDF5 files. Needs no roscore.",
         epilog=_CODES + ". mesh_tool VERB --help says more.",
     )
+    text = "print what makes bash complete these arguments, for .bashrc"
+    parser.add_argument("--completion", nargs=0, action=_Completion, help=text)
     parser.add_argument("--version", action="version", version="%s %s" % (PROGRAM, VERSION))
     subparsers = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for verb in verbs:
@@ -163,8 +173,12 @@ def main(argv: Optional[List[str]] = None) -> int:
     trouble = 1
     if completion.wanted():
         completion.answer(_parser_for(completion.words()))
+    argv = list(sys.argv[1:] if argv is None else argv)
     try:
-        arguments = _parse(list(sys.argv[1:] if argv is None else argv))
+        if not argv:
+            make_parser().print_help()
+            return 2
+        arguments = _parse(argv)
         trouble = arguments.trouble
         code = arguments.run(arguments)
         sys.stdout.flush()

@@ -39,6 +39,17 @@ def check_name(path: PathLike) -> None:
         raise MapFileError("name", path, "the name contains a NUL character", "check the path")
 
 
+def check_node_path(path: str) -> None:
+    """Refuse a relative path to no file: a node is not where its user is, who gave it.
+
+    Raises MapFileError (missing).
+    """
+    if path and not os.path.isabs(path) and not os.path.lexists(path):
+        here = os.path.abspath("")
+        hint = "nodes run in %s, where relative paths begin; give an absolute path" % here
+        raise MapFileError("missing", path, "there is no such file", hint)
+
+
 def check_regular(path: PathLike) -> None:
     """Refuse what is no regular file, without opening it: a pipe would wait for a writer.
 

@@ -149,6 +149,7 @@ def load_maps(options: LabelOptions) -> LabelMaps:
     try:
         for path in options.maps:
             try:
+                options.check(path)
                 store = _added(maps, path, options.part)
             except MapFileError as error:
                 if len(options.maps) == 1:

@@ -6,7 +6,7 @@ import genpy
 import numpy as np
 from mesh_msgs.checks.rounding import is_too_much
 
-from mesh_msgs_hdf5.files.probe import kind_of, read_head
+from mesh_msgs_hdf5.files.probe import check_node_path, kind_of, read_head
 from mesh_msgs_hdf5.files.save import stamp as file_stamp
 from mesh_msgs_hdf5.formats.any_mesh import Members, MeshMembers
 from mesh_msgs_hdf5.formats.importer import read_unharmed_mesh, too_much_rounded
@@ -30,6 +30,7 @@ def load(
     Raises MapFileError.
     """
     path = request.path
+    check_node_path(request.given)
     before = file_stamp(path)
     if kind_of(path, read_head(path)) != "h5":
         mesh, report = read_unharmed_mesh(path)

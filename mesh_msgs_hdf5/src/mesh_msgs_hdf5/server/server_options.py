@@ -14,11 +14,12 @@ class MapRequest:
     """A map to be served.
 
     path: absolute. part: a part of a map file; "/" is the root, ALL_PARTS all of them, None "mesh"
-    or the only one.
+    or the only one. given: the path as it was given, for check_node_path().
     """
 
     path: str
     part: Optional[str] = None
+    given: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)
@@ -45,11 +46,11 @@ def parse(parameters: Dict[str, Any], arguments: Sequence[str] = ()) -> ServerOp
             raise ValueError(
                 "there is no option %s; give map files, and parameters as _n:=v" % name
             )
-        maps += [MapRequest(_path("inputFile", name), part) for part in parts]
+        maps += [MapRequest(_path("inputFile", name), part, str(name)) for part in parts]
     if not arguments and ("inputFile" in parameters or not maps):
         files = parameters.get("inputFile", DEFAULT_FILE)
         for name in files if isinstance(files, list) and files else [files]:
-            maps += [MapRequest(_path("inputFile", name), part) for part in parts]
+            maps += [MapRequest(_path("inputFile", name), part, str(name)) for part in parts]
     read_only = parameters.get("read_only", False)
     if not isinstance(read_only, bool):
         raise ValueError("~read_only is %r; give true or false" % (read_only,))
@@ -71,7 +72,8 @@ def _explicit(entries):
                 % (number, entry)
             )
         path = _path("maps[%d].file" % number, entry["file"])
-        found += [MapRequest(path, part) for part in _parts(entry.get("part"))]
+        given = str(entry["file"])
+        found += [MapRequest(path, part, given) for part in _parts(entry.get("part"))]
     return found
 
 

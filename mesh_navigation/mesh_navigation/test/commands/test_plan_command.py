@@ -186,7 +186,10 @@ def test_a_mesh_of_few_large_faces(run, folder):
         ("grid.h5 --start 1 --goal 2 2", "argument --start: invalid X Y [Z] value: '1'"),
         ("grid.h5 --start 1 a --goal 2 2", "argument --start: invalid X Y [Z] value"),
         ("grid.h5 --start 1 1 --goal 2 nan", "argument --goal: invalid X Y [Z] value"),
-        ("grid.h5 --start 1 1 --goal 20 2", "goal: there is no surface at x = 20, y = 2 (give z"),
+        (
+            "grid.h5 --start 1 1 --goal 20 2",
+            "goal: there is no surface at x = 20, y = 2 (the map has x",
+        ),
         ("grid.h5 --start 1 1 --goal 2 2 --tolerance -1", "invalid distance value: '-1'"),
         ("grid.h5 --start 1 1 --goal 2 2 --origin 1", "invalid X Y [Z] value: '1'"),
         ("no.h5 --start 1 1 --goal 2 2 --robot-radius 101", "robot_radius is 101"),

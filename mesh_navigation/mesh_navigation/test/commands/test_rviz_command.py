@@ -123,3 +123,9 @@ def test_the_model_has_the_frames_and_the_size_of_the_simulated_robot():
     assert max(radii) == planners["robot_radius"]
     joints = {joint.find("child").get("link"): joint for joint in robot.iter("joint")}
     assert joints["laser"].find("origin").get("xyz") == "0 0 0.8", "sensor_height of surface_robot"
+
+
+def test_help_needs_no_screen(monkeypatch, capsys):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    assert rviz_command.main(["--help"]) == 0
+    assert capsys.readouterr().out.startswith("usage: mesh_rviz")

@@ -108,7 +108,11 @@ def test_heading_of_a_pose():
         ((1, 1), (8, 8, 0, 0), "goal .* is no x, y, z, but 4 numbers"),
         ((1,), (8, 8), "start .* is no x, y, z, but 1 numbers"),
         ("here", (8, 8), "start 'here' is no x, y, z"),
-        ((1, 1), (80, 8), "goal: there is no surface at x = 80, y = 8 .give z"),
+        (
+            (1, 1),
+            (80, 8),
+            "at x = 80, y = 8 .the map has x from 0 to [0-9.]+, y from 0 to [0-9.]+ m",
+        ),
         ((1, 1), (8, np.nan), "goal: there is no surface"),
     ],
 )
@@ -116,6 +120,15 @@ def test_places_that_are_none(start, goal, words):
     with pytest.raises(MeshMapError, match=words) as caught:
         plan(map_of(GRID), start, goal, "dijkstra")
     assert "\n" not in str(caught.value)
+
+
+def test_a_hole_in_the_map_is_told_from_what_is_outside():
+    faces = GRID.faces[~(GRID.faces == GRID.faces[len(GRID.faces) // 2, 0]).any(axis=1)]
+    hole = GRID.vertices[GRID.faces[len(GRID.faces) // 2, 0]]
+    mesh_map = MeshMap(GRID.vertices, faces)
+    with pytest.raises(MeshMapError, match="the map has a hole there") as caught:
+        plan(mesh_map, (1, 1), (hole[0] + 0.01, hole[1] + 0.01), "dijkstra")
+    assert "give z" not in str(caught.value)
 
 
 def test_a_pose_without_z_is_an_invalid_one():
@@ -478,3 +491,15 @@ def test_faults_of_a_planner():
     assert result.outcome == GetPathOutcome.INTERNAL_ERROR and "not finite" in result.message
     with pytest.raises(ZeroDivisionError):
         plan(map_of(GRID), (1, 1), (2, 2), planner, tolerance=1.0)
+
+
+def test_the_known_layers_are_named_once(tmp_path, caplog):
+    """All types that there are stand in the log line of the layer, not again in the error."""
+    MapFile.write(tmp_path / "a.h5", Mesh(GRID.vertices, GRID.faces))
+    layers = {"layers": [{"name": "slope", "type": "mesh_layers/NoLayer"}]}
+    with pytest.raises(
+        MeshMapError, match="layer slope: .* of the type mesh_layers/NoLayer"
+    ) as error:
+        load_map(tmp_path / "a.h5", layers)
+    said = caplog.text + str(error.value)
+    assert said.count("mesh_layers/InflationLayer") == 1, said

@@ -80,6 +80,14 @@ def test_a_failed_plan_keeps_the_old_one_and_is_told_once():
     assert "(54)" in world.log[0] and "(52)" in world.log[1]
 
 
+def test_plans_that_fail_now_and_then_are_not_told():
+    """A start that is blocked for a moment is part of driving."""
+    world = World(plan=[plan(), plan(54), plan(54), plan(), plan(54)] * 3, drive=[drive(0, 14, 1)])
+    world.values["planner_frequency"] = 1.0
+    assert world.run("a").outcome == 0
+    assert world.counts["plan"] > 10 and world.log == []
+
+
 @pytest.mark.parametrize("state, outcome", [("REJECTED", 59), ("PREEMPTED", 51)])
 def test_new_plans_that_are_rejected_or_canceled_by_others(state, outcome):
     world = World(

@@ -12,6 +12,11 @@ PLUGIN = "rviz_mesh_plugin"
 CONFIGURATION = "rviz/mesh_navigation.rviz"
 SERVER = "move_base_flex"
 NODE_NAME = "_node_name:="
+_HELP = """usage: mesh_rviz [_node_name:=SERVER] [CONFIGURATION.rviz] [RVIZ'S OPTIONS]
+
+RViz with the map, costs, paths, the robot, the goal tool and the panel of navigation, for the
+server of this name (default: move_base_flex). A configuration of one's own takes the place of ours.
+"""
 
 
 def missing(environment: Mapping[str, str]) -> str:
@@ -60,6 +65,9 @@ def command_line(arguments: Sequence[str]) -> List[str]:
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Becomes RViz; where that cannot be, says why and returns 0: what else runs goes on."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    if {"-h", "--help"}.intersection(arguments):
+        print(_HELP)
+        return 0
     why_not = missing(os.environ)
     if why_not:
         print(f"RViz is left out, all else goes on: {why_not}", file=sys.stderr, flush=True)

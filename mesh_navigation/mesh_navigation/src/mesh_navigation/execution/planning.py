@@ -170,11 +170,17 @@ def _position(mesh_map: MeshMap, place: Sequence[float], what: str) -> np.ndarra
     heights = surface_heights(mesh_map, *point)
     if len(heights) == 1:
         return np.array([*point, heights[0]])
-    text = f"{what}: there is no surface at x = {point[0]:g}, y = {point[1]:g}"
+    there = f"at x = {point[0]:g}, y = {point[1]:g}"
     if heights:
         known = ", ".join(f"{height:.2f}" for height in heights)
-        text = f"{what}: at x = {point[0]:g}, y = {point[1]:g} there are surfaces at z = {known}"
-    raise MeshMapError(text, "give z, too")
+        raise MeshMapError(f"{what}: {there} there are surfaces at z = {known}", "give z, too")
+    low, high = mesh_map.vertices.min(axis=0), mesh_map.vertices.max(axis=0)
+    if ((low[:2] <= point) & (point <= high[:2])).all():
+        hint = "the map has a hole there: choose a place on its surface"
+    else:
+        reach = (f"{axis} from {low[i]:g} to {high[i]:g}" for i, axis in enumerate("xy"))
+        hint = f"the map has {', '.join(reach)} m"
+    raise MeshMapError(f"{what}: there is no surface {there}", hint)
 
 
 def surface_heights(mesh_map: MeshMap, x: float, y: float) -> List[float]:

@@ -68,6 +68,9 @@ class Relay(SubGoal):
 
 # Nearer to the goal than this there are no new plans (m): they would only disturb the arrival.
 NEAR = 0.1
+# So long (s) no plan has to succeed before it is worth a word: a start that is blocked for a
+# moment, as beside an obstacle that is just being seen, is part of driving.
+_UNUSUAL = 2.0
 
 
 class Replanning:
@@ -84,7 +87,8 @@ class Replanning:
         self._log = log
         self._last = now
         self._plan: Optional[SubGoal] = None
-        self._failure: Optional[int] = None
+        self._failing_since: Optional[float] = None
+        self._said: Optional[int] = None  # the outcome of the failure that was logged last
 
     def newer_plan(self, now: float, frequency: float, dist_to_goal: float) -> Optional[GoalEnd]:
         """A plan that succeeded, as soon as there is one; never waits.
@@ -99,7 +103,7 @@ class Replanning:
             if end is None:
                 return None
             self._plan = None
-            self._note(end)
+            self._note(end, now)
             return end if end.succeeded and dist_to_goal > NEAR else None
         since = now - self._last
         if frequency > 0.0 and dist_to_goal > NEAR and not 0.0 <= since < 1.0 / frequency:
@@ -113,14 +117,15 @@ class Replanning:
         if plan is not None:
             plan.stop(reason)
 
-    def _note(self, end: GoalEnd) -> None:
-        failure = None if end.succeeded else end.outcome
-        # Plans come every second, and fail for the same reason then: once is enough.
-        if failure != self._failure:
-            if failure is None:
+    def _note(self, end: GoalEnd, now: float) -> None:
+        if end.succeeded:
+            if self._said is not None:
                 self._log("planning succeeds again")
-            else:
-                self._log(
-                    f"no new plan, the robot follows the old one: {end.message} ({end.outcome})"
-                )
-        self._failure = failure
+            self._failing_since = self._said = None
+            return
+        if self._failing_since is None or now < self._failing_since:
+            self._failing_since = now
+        # Plans come every second, and fail for the same reason then: once is enough.
+        if now - self._failing_since >= _UNUSUAL and end.outcome != self._said:
+            self._said = end.outcome
+            self._log(f"no new plan, the robot follows the old one: {end.message} ({end.outcome})")

@@ -10,6 +10,8 @@ from mesh_map.base.errors import MeshMapError
 from mesh_map.ros.node_end import watch_end
 from mesh_msgs.diagnostics_ros import ERROR, OK, WARN, Diagnostics, Status
 from mesh_msgs.init_node import init_node, spin, until_shutdown
+from mesh_msgs_hdf5.files.probe import check_node_path
+from mesh_msgs_hdf5.model.errors import MapFileError
 
 from mesh_navigation.base.clock_ros import RosClock
 from mesh_navigation.base.outcomes import NotReady
@@ -165,6 +167,16 @@ def _velocity_commands(values: ServerValues) -> VelocityCommands:
     return GuardedCommands({"robot_frame": values["robot_frame"], **values.guard})
 
 
+def _check_map_file() -> None:
+    """End where no reload finds the file: its path begins where roslaunch runs nodes."""
+    path = rospy.get_param("~mesh_map/mesh_file", "")
+    try:
+        check_node_path(path if isinstance(path, str) else "")
+    except MapFileError as error:
+        rospy.logfatal("the map cannot be loaded: %s", error)
+        raise SystemExit(1) from error
+
+
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the node until it is shut down."""
     sys.setswitchinterval(SWITCH_INTERVAL)
@@ -172,5 +184,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     init_node("mbf_mesh_nav", argv=arguments, about=__doc__)
     watch_end()
     with until_shutdown():
+        _check_map_file()
         MbfServer().start()
     spin()

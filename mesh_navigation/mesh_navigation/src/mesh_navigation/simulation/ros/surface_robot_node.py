@@ -7,6 +7,8 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from mesh_msgs_hdf5.files.probe import check_node_path
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs.init_node import init_node, spin, until_shutdown
 from visualization_msgs.msg import MarkerArray
 
@@ -81,6 +83,10 @@ class SurfaceRobotNode:
         if values["costs_topic"] and not len(values["initial_pose"]):
             self._costs = StartCosts(values["costs_topic"], lambda: self._jobs.put(self._begin))
         if values["mesh_file"]:
+            try:
+                check_node_path(values["mesh_file"])
+            except MapFileError as error:
+                raise MeshMapError(str(error)) from error
             only_ground = {"layers": [], "origin": values["origin"]}
             self._take_map(load_map(values["mesh_file"], only_ground, values["mesh_part"]))
         else:
