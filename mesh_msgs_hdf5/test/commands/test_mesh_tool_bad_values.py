@@ -49,7 +49,7 @@ def test_every_verb(tmp_path, rich_mesh, capsys, kind):
         code, answer = said(capsys, line.format(f=path, o=out))
         differs = name == "diff" and kind == "texture"  # what cannot be read is not the same
         assert (name, code) == (name, int(differs)), answer
-        notes = "\n".join(answer["notes"])
+        notes = "\n".join(answer["notes"] + [one["text"] for one in answer.get("differences", ())])
         looked_at = kind not in UNREAD.get(name.split()[0], ())
         assert bool(re.search(BAD[kind].words, notes)) == looked_at, (name, notes)
     assert path.read_bytes() == before

@@ -1,12 +1,16 @@
 """What differs between two meshes: each change of one member is found, and only that one."""
 import copy
 
+import h5py
 import numpy as np
 import pytest
+from map_samples import write_s2
 from mesh_msgs import zoo
 
 from mesh_msgs_hdf5.comparison.diff import MEMBERS, compare, numbers
 from mesh_msgs_hdf5.formats.any_mesh import MeshMembers
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.map_file.convert import convert
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
 
@@ -182,3 +186,24 @@ def test_the_sentence_says_on_which_side_a_layer_is(side):
     lines = [difference.line() for difference in found(*pair)]
     for layer in ("slope", "rough"):
         assert "layers/%s: only in %s" % (layer, side) in lines
+
+
+def test_what_another_layout_keeps_in_a_group_is_not_missing(tmp_path, rich_mesh):
+    """S2 names what is in /mesh/edge_attributes, and S1 the group, of which it knows nothing."""
+    one, other = tmp_path / "s2.h5", tmp_path / "s1.h5"
+    write_s2(one, rich_mesh)
+    convert(one, other)
+    named = [MapFile(path).other_contents() for path in (one, other)]
+    edges = "/mesh/edge_attributes/edge_distances"
+    assert edges in named[0] and "/mesh/edge_attributes" in named[1]
+    for pair in ((one, other), (other, one)):
+        differences = compare(*(MapFile(path) for path in pair))
+        assert not [d.member for d in differences if d.member.startswith("other")], differences
+    with h5py.File(other, "r+") as file:
+        del file[edges]
+        file["mesh/edge_attributes/more"] = np.zeros(3)
+    differences = compare(MapFile(one), MapFile(other))
+    assert [(d.member, d.kind) for d in differences if d.member.startswith("other")] == [
+        ("other" + edges, "only in one"),
+        ("other/mesh/edge_attributes/more", "only in other"),
+    ]

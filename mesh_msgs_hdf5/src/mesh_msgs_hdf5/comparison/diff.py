@@ -47,7 +47,7 @@ def compare(
         "frame": lambda: _texts(one, other, ("frame_id", "crs")),
         "origin": lambda: _origins(one, other),
         "source": lambda: _texts(one, other, ("source",)),
-        "other": lambda: _only("other", one.other_contents(), other.other_contents()),
+        "other": lambda: _others(one, other),
     }
     for name, differences in parts.items():
         if name not in ignore:
@@ -62,6 +62,17 @@ def _only(member, ours, theirs) -> Iterator[Difference]:
     for name in _sorted(set(theirs) - set(ours)):
         place = _place(member, name)
         yield Difference(place, "only in other", "only in B", {})
+
+
+def _others(one, other):
+    """What else is in two files: of a group that one names as a whole, what the other one names."""
+    names = [file.other_contents() for file in (one, other)]
+    ways = set()
+    for name in names[0] + names[1]:
+        while name.rpartition("/")[0]:
+            name = name.rpartition("/")[0]
+            ways.add(name)
+    yield from _only("other", *(file.other_contents(sorted(ways)) for file in (one, other)))
 
 
 def _place(member, name):

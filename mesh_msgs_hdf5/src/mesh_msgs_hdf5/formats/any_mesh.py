@@ -75,7 +75,7 @@ class MeshMembers:
     def labels(self) -> Dict[str, Label]:
         return {text: self._mesh.labels[text] for text in self.label_names()}
 
-    def other_contents(self) -> List[str]:
+    def other_contents(self, within: Sequence[str] = ()) -> List[str]:
         return []
 
     def read(self, members: Optional[Iterable[str]] = None) -> Mesh:

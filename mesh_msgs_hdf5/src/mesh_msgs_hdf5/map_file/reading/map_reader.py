@@ -2,7 +2,7 @@
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 from functools import partial
-from typing import Any, Dict, Iterable, List, Optional, Set, Tuple
+from typing import Any, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 import h5py
 
@@ -217,9 +217,13 @@ class MapReader(
         places += self.face_attribute_places.values()
         return places + self.texture_places() + self.material_places()
 
-    def other_contents(self) -> List[str]:
-        """Paths of what is in the file but neither in this Mesh nor another part."""
-        structure = {self._absolute(place) for place in self.layout.structure}
+    def other_contents(self, within: Sequence[str] = ()) -> List[str]:
+        """Paths of what is in the file but neither in this Mesh nor another part.
+
+        within: paths of groups of which, if all in them is such, not the group is named, but what
+        is in it: another layout knows of it, and names that.
+        """
+        structure = {self._absolute(place) for place in self.layout.structure}.union(within)
         others = [part for part in self.parts if part and part != self.part]
         return other_contents(self.file, self.path, self.own_paths(), structure, others)
 
