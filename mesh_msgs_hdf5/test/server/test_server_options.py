@@ -41,6 +41,14 @@ def test_files_as_arguments(monkeypatch):
         parse({}, ["/a.h5", "--fast"])
 
 
+def test_the_frame_of_origins():
+    assert parse({}).origin_frame == ""
+    assert parse({"origin_frame": "utm_32"}).origin_frame == "utm_32"
+    for wrong in (5, "/utm", "a\nb", ["utm"]):
+        with pytest.raises(ValueError, match="~origin_frame is "):
+            parse({"origin_frame": wrong})
+
+
 def test_the_others():
     options = parse({"read_only": True, "save_delay": 0})
     assert (options.read_only, options.save_delay) == (True, 0.0)

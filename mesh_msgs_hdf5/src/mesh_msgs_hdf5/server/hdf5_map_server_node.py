@@ -21,6 +21,7 @@ from mesh_msgs_hdf5.server.map_reload_ros import MapReload
 from mesh_msgs_hdf5.server.map_services_ros import MapServerServices
 from mesh_msgs_hdf5.server.map_store_ros import MapStore
 from mesh_msgs_hdf5.server.map_topics_ros import MapServerTopics
+from mesh_msgs_hdf5.server.origin_frame_ros import OriginFrames
 from mesh_msgs_hdf5.server.served_map import STORES_ALL
 from mesh_msgs_hdf5.server.server_options import ServerOptions, parse
 
@@ -36,7 +37,7 @@ class MapServer:
         forwarder = LabelForwarder()
         self._services = MapServerServices(maps)
         labels = LabelServices("", _labels_of(maps), forwarder, UnknownMap)
-        self._topics = MapServerTopics(labels)
+        self._topics = MapServerTopics(labels, OriginFrames(options.origin_frame))
         for served in maps:
             self._topics.publish_map(served)
             progress.serves(served)

@@ -1,6 +1,6 @@
 """The topics on which hdf5_map_server publishes."""
 import threading
-from typing import Hashable, List, Tuple
+from typing import Hashable, List, Optional, Tuple
 
 import rospy
 from mesh_msgs import arrays
@@ -10,6 +10,7 @@ from mesh_msgs.ros import LatchedTopics
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
+from mesh_msgs_hdf5.server.origin_frame_ros import OriginFrames
 from mesh_msgs_hdf5.server.served_map import ServedMap
 
 # member of a map -> (name of its topic, and of its message in MapMessages; type; name in the log)
@@ -26,12 +27,13 @@ _MEMBERS = {
 class MapServerTopics:
     """Latched for each map and each of its layers: a late subscriber gets every one."""
 
-    def __init__(self, labels: LabelServices) -> None:
+    def __init__(self, labels: LabelServices, origins: Optional[OriginFrames] = None) -> None:
         self._topics = {
             member: LatchedTopics("mesh/" + name, kind)
             for member, (name, kind, _) in _MEMBERS.items()
         }
         self._labels = labels
+        self._origins = origins or OriginFrames()
         self._publishing = threading.Lock()
         # maps whose features nobody has asked for yet: they are not read before
         self._featureless: List[ServedMap] = []
@@ -49,6 +51,7 @@ class MapServerTopics:
             self._publish(served, member, key)
         self._featureless.append(served)
         self._labels.changed(served.uuid, served.labels)
+        self._origins.publish(served)
 
     def forget_map(self, served: ServedMap) -> None:
         """Nothing of it is sent to later subscribers."""

@@ -25,12 +25,13 @@ class MapRequest:
 @dataclass(frozen=True)
 class ServerOptions:
     """maps: without duplicates. read_only: nothing is stored. save_delay: seconds of quiet before
-    what was received is saved.
+    what was received is saved. origin_frame: the parent of the frames of maps; "" for none.
     """
 
     maps: List[MapRequest] = field(default_factory=list)
     read_only: bool = False
     save_delay: float = 2.0
+    origin_frame: str = ""
 
 
 def parse(parameters: Dict[str, Any], arguments: Sequence[str] = ()) -> ServerOptions:
@@ -58,7 +59,10 @@ def parse(parameters: Dict[str, Any], arguments: Sequence[str] = ()) -> ServerOp
     number = isinstance(delay, (int, float)) and not isinstance(delay, bool)
     if not number or not math.isfinite(delay) or not 0 <= delay <= _MAX_DELAY:
         raise ValueError("~save_delay is %r; give seconds from 0 to %d" % (delay, _MAX_DELAY))
-    return ServerOptions(list(dict.fromkeys(maps)), read_only, float(delay))
+    frame = parameters.get("origin_frame", "")
+    if not isinstance(frame, str) or frame.startswith("/") or not frame.isprintable():
+        raise ValueError("~origin_frame is %r; give the name of a frame, without /" % (frame,))
+    return ServerOptions(list(dict.fromkeys(maps)), read_only, float(delay), frame)
 
 
 def _explicit(entries):
