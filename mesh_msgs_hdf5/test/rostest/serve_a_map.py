@@ -16,6 +16,7 @@ import numpy as np
 import rospy
 import rostest
 from mesh_msgs import array_services, arrays, msg as stock
+from mesh_msgs.testing import wait_until
 from mesh_msgs.srv import GetUUIDs, GetVertexCostLayers, GetVertexCosts
 from std_msgs.msg import String
 
@@ -24,6 +25,7 @@ from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from holding import held_open  # noqa: E402
 from mesh_writers import SQUARE, TWO_FACES, ply, xyz  # noqa: E402
 
 LAYERS = {"layer_%d" % i: np.float32([i, np.inf, np.nan, 0.5]) for i in range(10)}
@@ -210,6 +212,29 @@ class ServeAMap(unittest.TestCase):
         path = os.path.join(self.folder.name, "nowhere.h5")  # whole: where was it looked for?
         line = "hdf5_map_server: error: %s: there is no such file (check the path)\n" % path
         self.assertEqual(result.stderr, line.encode())
+
+    def test_a_map_that_another_program_has_open_is_served_afterwards(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "held.h5")
+            MapFile.write(path, MESH)
+            told = []
+            heard = rospy.Subscriber("/held/progress", String, lambda m: told.append(m.data))
+            with held_open(path):
+                process = subprocess.Popen(
+                    node_command("_inputFile:=" + path, name="held_server"),
+                    env=dict(os.environ, ROS_NAMESPACE="/held"),
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                )
+                self.assertTrue(wait_until(lambda: "another program has it open" in "".join(told)))
+                self.assertIsNone(process.poll())
+            rospy.wait_for_service("/held/save_map", 30)
+            self.assertTrue(wait_until(lambda: "ready: serving " + path in "".join(told)))
+            heard.unregister()
+            process.terminate()
+            log = process.communicate(timeout=30)[0].decode()
+            self.assertEqual(process.returncode, 0)
+            self.assertEqual(log.count("close the program that has it open"), 1)
 
     def test_signals_end_the_load(self):
         before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]

@@ -112,7 +112,7 @@ def save_journals(path: PathLike, part: Optional[str] = None) -> List[str]:
                 else:
                     raise store.refusal
         except MapFileError as error:
-            if error.code not in ("journal", "part", "version"):
+            if error.code not in ("journal", "no_mesh", "part", "version"):
                 raise
             notes.append("left as it is: %s" % error)
     return notes
