@@ -205,6 +205,7 @@ def test_the_labels_of_a_map_of_another_schema(tmp_path, rich_mesh, capsys):
         store.set("new_1", [7])
         store.delete("tree_1")
         expected = plain(store.all())
+    assert "old_s1.h5.journal" in run(capsys, "validate", path)[1].replace("%2F.", "")
     for _ in range(2):  # in the journal of the file beside it, then in that file
         out = tmp_path / "new.h5"
         assert run(capsys, "convert", path, out, "--force")[0] == 0

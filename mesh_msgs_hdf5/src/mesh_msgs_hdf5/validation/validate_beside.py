@@ -8,7 +8,7 @@ from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.files.save import temporary_paths
 from mesh_msgs_hdf5.formats.any_mesh import Members
 from mesh_msgs_hdf5.labels.journal_reading import read_journal
-from mesh_msgs_hdf5.labels.label_store import journal_path
+from mesh_msgs_hdf5.labels.label_store import journal_path, label_file
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.validation.findings import WARNING, MapFinding
 
@@ -16,7 +16,7 @@ from mesh_msgs_hdf5.validation.findings import WARNING, MapFinding
 def check_journal(file: Members) -> Iterator[MapFinding]:
     """A finding if edits of labels have not been saved in the map."""
     try:
-        journal = journal_path(file.path, file.part)
+        journal = journal_path(label_file(file.path, file.schema), file.part)
         content = read_journal(journal, file.uuid, file.face_count)
     except MapFileError as error:
         text = one_line("%s: %s" % (os.path.basename(error.path), error.message))
