@@ -344,3 +344,21 @@ def test_a_header_of_many_properties(tmp_path):
     columns = xyz(SQUARE) + [("p%d" % i, "f", [0.0] * 4) for i in range(20_000)]
     (tmp_path / "a.ply").write_bytes(ply(columns, TWO_FACES))
     assert len(read_mesh(tmp_path / "a.ply")[0].vertex_costs) == 20_000
+
+
+@pytest.mark.parametrize("row", [0, 2])
+def test_a_row_of_a_ply_that_is_longer_than_declared_is_named(tmp_path, row):
+    """All behind it is read as something else: no faces, a wrong list, a file that is cut off."""
+    start, body = ply(xyz(SQUARE), TWO_FACES, "ascii").split(b"end_header\n")
+    lines = body.splitlines()
+    lines[row] += b" 7"
+    error = refusal(tmp_path, "a.ply", start + b"end_header\n" + b"\n".join(lines) + b"\n")
+    assert error.code == "format"
+    words = "row %d of element vertex has 4 values, but the header declares 3" % row
+    assert words in error.message
+    lines = [line + b" 7" for line in body.splitlines()[:4]] + body.splitlines()[4:]
+    error = refusal(tmp_path, "a.ply", start + b"end_header\n" + b"\n".join(lines) + b"\n")
+    assert "row 0 of element vertex has 4 values" in error.message
+    # where lines are no rows, nothing is known of that
+    (tmp_path / "a.ply").write_bytes(start + b"end_header\n" + b" ".join(body.split()))
+    assert len(read_mesh(tmp_path / "a.ply")[0].faces) == 2

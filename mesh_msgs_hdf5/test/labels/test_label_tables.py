@@ -196,3 +196,17 @@ def test_the_files_that_rviz_reads_too(tmp_path, case):
     if case.get("written"):
         written = labels_to_json(labels, uuid, 10) if uuid else labels_to_csv(labels)
         assert written == case["text"]
+
+
+@pytest.mark.parametrize(
+    "run, words",
+    [
+        ("500,501", "faces 500 to 501, but the mesh has faces 0 to 9 (take the map that they"),
+        ("4,3", "faces 4 to 3 run backwards (the first comes before the last)"),
+    ],
+)
+def test_hints_about_runs_fit_what_is_wrong(tmp_path, run, words):
+    (tmp_path / "a.csv").write_text("label,first_face,last_face\ntree_1,%s\n" % run)
+    with pytest.raises(MapFileError) as refused:
+        read_labels(tmp_path / "a.csv", 10)
+    assert words in str(refused.value)

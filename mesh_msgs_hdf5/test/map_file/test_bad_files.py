@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from peak_memory import peak_memory
 
-from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.exact import to_exact
 from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import default_budget
-from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.errors import MAX_SHOWN_PATH, MapFileError, shown_path
 
 
 def refusal(path, **arguments):
@@ -23,7 +22,7 @@ def refusal(path, **arguments):
     with pytest.raises(MapFileError) as refused:
         MapFile(path, strict=True, **arguments).read()
     text = str(refused.value)
-    start = one_line(os.fsdecode(path)) + ": "
+    start = shown_path(os.fsdecode(path)) + ": "
     assert "\n" not in text and text.startswith(start) and len(text) > len(start) + 10
     return refused.value
 
@@ -95,6 +94,17 @@ def test_a_file_without_permission(tmp_path):
     path.write_bytes(b"x")
     path.chmod(0)
     assert refusal(path).code == "permission"
+
+
+def test_a_very_long_path_is_shortened_in_the_middle():
+    path = "/begin" + "x" * 5000 + "/end.h5"
+    text = str(MapFileError("missing", path, "there is no such file", "check the path"))
+    assert len(text) < MAX_SHOWN_PATH + 60
+    assert text.startswith("/begin") and "x/end.h5: there is no such file (check the path)" in text
+    kept = shown_path(path)
+    left, number, right = kept.replace("[... ", "|").replace(" characters ...]", "|").split("|")
+    assert len(left) + int(number) + len(right) == len(path)
+    assert shown_path("/a" * 200) == "/a" * 200
 
 
 def test_every_message_is_another(tmp_path):

@@ -214,8 +214,11 @@ def _csv_row(path, where, cell, face_count):
         first, last = int(first), int(last)
     except ValueError as error:
         raise _wrong(path, "%s: %s" % (where, error)) from error
+    if first > last:
+        message = "%s: faces %d to %d run backwards" % (where, first, last)
+        raise MapFileError("index", path, message, "the first comes before the last")
     if not 0 <= first <= last < face_count:
         message = "%s: faces %d to %d, but the mesh has faces 0 to %d"
         message = message % (where, first, last, face_count - 1)
-        raise MapFileError("index", path, message, "the first comes before the last")
+        raise MapFileError("index", path, message, "take the map that they were made for")
     return name, color, np.arange(first, last + 1)

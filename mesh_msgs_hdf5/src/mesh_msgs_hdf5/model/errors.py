@@ -5,6 +5,7 @@ from typing import Union
 from mesh_msgs.text import one_line
 
 PathLike = Union[str, bytes, os.PathLike]
+MAX_SHOWN_PATH = 400  # characters of a path in an error
 
 
 class MapFileError(Exception):
@@ -36,4 +37,13 @@ class MapFileError(Exception):
 
     def __str__(self) -> str:
         hint = " (%s)" % self.hint if self.hint else ""
-        return "%s: %s" % (one_line(self.path), one_line(self.message + hint))
+        return "%s: %s" % (shown_path(self.path), one_line(self.message + hint))
+
+
+def shown_path(path: str) -> str:
+    """A path on one line; of a very long one, what it begins and ends with."""
+    text = one_line(path)
+    if len(text) <= MAX_SHOWN_PATH:
+        return text
+    half = MAX_SHOWN_PATH // 2 - 20
+    return "%s[... %d characters ...]%s" % (text[:half], len(text) - 2 * half, text[-half:])

@@ -104,13 +104,53 @@ def read_elements(path: PathLike, data: bytes) -> PlyFile:
     """
     order, elements, comments, offset = _header(path, data)
     if order:
-        items = np.frombuffer(data, np.uint8)[offset:]
+        left_over = _read(path, np.frombuffer(data, np.uint8)[offset:], elements, order)
     else:
-        items = numbers(path, data[offset:], "data")
+        try:
+            left_over = _read(path, numbers(path, data[offset:], "data"), elements, order)
+        except MapFileError:
+            _check_lines(path, data[offset:], elements)
+            raise
+        if left_over:
+            _check_lines(path, data[offset:], elements)
+    return PlyFile({element.name: element for element in elements}, comments, left_over)
+
+
+def _read(path, items, elements, order):
+    """Fill the elements; returns how many items are left over."""
     for element in elements:
-        reader = _Rows(path, items, element, order)
-        items = items[reader.read() :]
-    return PlyFile({element.name: element for element in elements}, comments, len(items))
+        items = items[_Rows(path, items, element, order).read() :]
+    return len(items)
+
+
+def _check_lines(path, data, elements):
+    """Refuse a file whose lines are its rows if one, but for the last, has more than is declared:
+    what comes behind is read as something else, and what is wrong there is not what is wrong.
+    """
+    lines = [line.split() for line in data.splitlines() if line.strip()]
+    if len(lines) != sum(element.rows for element in elements):
+        return
+    rest = iter(lines[:-1])
+    for element in elements:
+        for row, words in zip(range(element.rows), rest):
+            count = _declared_values(element, words)
+            if len(words) > count:
+                raise MapFileError(
+                    "format",
+                    path,
+                    "row %d of element %s has %d values, but the header declares %d"
+                    % (row, element.name, len(words), count),
+                    "add a property to the header for each value",
+                )
+
+
+def _declared_values(element, words):
+    """How many values a row has by the header and the lengths of its lists."""
+    count = 0
+    for p in element.properties:
+        length = words[count] if p.count and count < len(words) else b""
+        count += 1 + (int(length) if length.isdigit() else 0)
+    return count
 
 
 def _header(path, data):
