@@ -12,6 +12,7 @@ import time
 import unittest
 from pathlib import Path
 
+import h5py
 import numpy as np
 import rospy
 import rostest
@@ -209,8 +210,8 @@ class ServeAMap(unittest.TestCase):
             check=False,
         )
         self.assertEqual(result.returncode, 1)
-        path = os.path.join(self.folder.name, "nowhere.h5")  # whole: where was it looked for?
-        line = "hdf5_map_server: error: %s: there is no such file (check the path)\n" % path
+        line = "hdf5_map_server: error: nowhere.h5: there is no such file (nodes run in %s, where"
+        line = (line + " relative paths begin; give an absolute path)\n") % self.folder.name
         self.assertEqual(result.stderr, line.encode())
 
     def test_a_map_that_another_program_has_open_is_served_afterwards(self):
@@ -235,6 +236,27 @@ class ServeAMap(unittest.TestCase):
             log = process.communicate(timeout=30)[0].decode()
             self.assertEqual(process.returncode, 0)
             self.assertEqual(log.count("close the program that has it open"), 1)
+
+    def test_one_bad_value_is_said_once_and_all_else_is_served(self):
+        path = os.path.join(self.folder.name, "one_bad.h5")
+        MapFile.write(path, MESH)
+        with h5py.File(path, "r+") as file:
+            file["mesh/channels/layer_1"][0] = -np.inf
+            file["mesh/channels/vertex_normals"][1] = np.nan
+        server = Server("/one_bad", path)
+        try:
+            found = server.call("get_geometry", array_services.GetGeometry, "")
+            normals = found.mesh_geometry_stamped.mesh_geometry.vertex_normals
+            self.assertTrue(np.isfinite(normals).all() and len(normals) == 4)
+            for name in LAYERS:
+                answer = server.call("get_vertex_costs", array_services.GetVertexCosts, "", name)
+                costs = answer.mesh_vertex_costs_stamped.mesh_vertex_costs.costs
+                self.assertFalse((costs == -np.inf).any())
+            said = rospy.wait_for_message("/one_bad/progress", String, 10).data
+            self.assertEqual(said.count("note: layer layer_1: 1 values -inf"), 1, said)
+            self.assertEqual(said.count("note: 1 normals of"), 1, said)
+        finally:
+            self.assertEqual(server.stop(), 0)
 
     def test_signals_end_the_load(self):
         before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]

@@ -24,6 +24,10 @@ class PluginError(MeshMapError):
     """A plugin that is not known, or cannot be loaded."""
 
 
+class UnknownPluginError(PluginError):
+    """A plugin that is not known; the hint names those that are."""
+
+
 class Canceled(Exception):
     """Something long was ended by its CancelFlag; nothing has changed."""
 

@@ -30,7 +30,7 @@ import rospkg
 from mesh_msgs.text import one_line
 from rospkg.manifest import parse_manifest_file
 
-from mesh_map.base.errors import PLUGIN_FAILURES, PluginError
+from mesh_map.base.errors import PLUGIN_FAILURES, PluginError, UnknownPluginError
 
 _MAX_BYTES = 1 << 20  # of an XML file; anything larger is no plugin description
 
@@ -73,7 +73,7 @@ def find_class(package: str, base_class_type: str, type_name: str) -> type:
     plugin = plugins.get(type_name)
     if plugin is None:
         known = "known: " + (", ".join(sorted(plugins)) or "none")
-        raise PluginError(
+        raise UnknownPluginError(
             "there is no %s of the type %s" % (base_class_type, type_name),
             "; ".join([known] + problems),
         )

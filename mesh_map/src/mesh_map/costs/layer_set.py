@@ -24,7 +24,7 @@ from typing import (
 
 import numpy as np
 
-from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, PluginError, error_line
+from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, UnknownPluginError, error_line
 from mesh_map.base.plugins import find_class, scanned_once
 from mesh_map.costs.layer import BASE_CLASS_TYPE, Inputs, Layer, LayerInput, LayerResult, checked
 from mesh_map.costs.layer_graph import LayerGraph
@@ -317,7 +317,7 @@ def make_layers(config: Any, seconds: Optional[float] = None) -> ListedLayers:
             except PLUGIN_FAILURES as error:
                 log_left_out(name, error)  # with all types that there are: once is enough
                 errors[name] = error_line(error)
-                if isinstance(error, PluginError):
+                if isinstance(error, UnknownPluginError):
                     errors[name] = error.message
             if not required:
                 optional.append(name)
