@@ -90,8 +90,9 @@ class MapSource:
         self._identity: Dict[str, Any] = {}
         self._stored: Dict[str, Dict[str, Any]] = {}
         self._stamp: Any = None  # of the file when _stored was read
-        for note in (*opened.notes, *self._members.notes):
+        for note in opened.notes:
             _LOG.warning("%s: %s", path, note)
+        self.contents.tell_notes()
 
     def _check_origin(self, origin: Optional[Sequence[float]]) -> None:
         stored = tuple(self.mesh.origin)

@@ -36,8 +36,7 @@ class MapContents:
         Args:
             members: of the map.
             is_map_file: False for a mesh in memory, whose labels are its own.
-            on_note: is told once of each thing that is bad in labels of the file, and was mended or
-                left out when they were read.
+            on_note: is told once of each thing that is bad in the file, and was mended or left out.
         """
         self._members = members
         self._is_map_file = is_map_file
@@ -132,13 +131,19 @@ class MapContents:
 
     def _told(self, found: Any) -> Any:
         """What was found; what is bad in the file has been told."""
-        if self._on_note:
-            notes = self._members.notes if self._store is None else self._store.file_notes()
-            for note in notes:
-                if note not in self._said:
-                    self._said.add(note)
-                    self._on_note(note)
+        self.tell_notes()
         return found
+
+    def tell_notes(self) -> None:
+        """Tell what is bad in the file, as far as it was read, and was not told yet."""
+        if self._on_note is None:
+            return
+        notes = list(self._members.notes)
+        notes += [] if self._store is None else self._store.file_notes()
+        for note in notes:
+            if note not in self._said:
+                self._said.add(note)
+                self._on_note(note)
 
     def _journalled(self) -> Optional[LabelStore]:
         """Labels with a journal; None where those of the members are all there are now."""
