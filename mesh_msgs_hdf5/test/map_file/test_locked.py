@@ -1,4 +1,5 @@
 """A map that another program has open to write: that is said, and nothing is called damaged."""
+import errno
 import os
 
 import h5py
@@ -9,6 +10,7 @@ from holding import held_open
 from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import translated
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label
@@ -60,6 +62,12 @@ def test_the_mark_of_a_program_that_was_killed(path):
         with pytest.raises(MapFileError) as refused:
             MapFile(path)
         assert refused.value.code == "locked" and "h5clear -s" in refused.value.hint
+
+
+def test_a_disk_without_locks_is_not_waited_for():
+    text = "Unable to open file (unable to lock file, errno = 37, error message = 'No locks')"
+    error = translated("a.h5", OSError(errno.ENOLCK, text))
+    assert error.code == "unreadable" and "HDF5_USE_FILE_LOCKING" in error.hint
 
 
 def test_every_verb_ends_with_that_error(path, capsys, tmp_path):

@@ -5,6 +5,7 @@ follows external links to any file that the process may read; so each step on th
 is looked at before it is taken.
 """
 import contextlib
+import errno
 import functools
 import os
 import types
@@ -15,6 +16,7 @@ import h5py
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
+_NO_LOCK = "unable to lock file"
 MAX_CHILDREN = 50_000
 _LINK_INFO = 2  # a message in a group's header (HDF5 File Format Specification, IV.A.2.c)
 _LINKS = {h5py.h5l.TYPE_SOFT: "a soft link", h5py.h5l.TYPE_EXTERNAL: "an external link"}
@@ -63,6 +65,9 @@ def translated(path: PathLike, error: BaseException, building: bool = False) -> 
     locked = is_locked(error)
     if locked:
         return MapFileError("locked", path, "another program has it open to write", locked)
+    if _NO_LOCK in text:
+        hint = "the disk has no locks: export HDF5_USE_FILE_LOCKING=FALSE, or copy the file"
+        return MapFileError("unreadable", path, "HDF5 says: %s" % text, hint)
     if "truncated file" in text:
         return MapFileError(
             "truncated", path, "the file is cut off (%s)" % text, "copy or fetch it again"
@@ -77,7 +82,8 @@ def translated(path: PathLike, error: BaseException, building: bool = False) -> 
 
 def is_locked(error: BaseException) -> str:
     """The way out if HDF5 does not open a file because a program has it open to write; else ""."""
-    if isinstance(error, BlockingIOError) or "unable to lock file" in str(error):
+    busy = getattr(error, "errno", None) in (errno.EAGAIN, errno.EACCES)
+    if busy and _NO_LOCK in str(error):
         return "close the program that has it open"
     if "already open for write" in str(error):  # a mark in the file, which a killed program leaves
         return "close the program that has it open; if it was killed: h5clear -s FILE"
