@@ -41,7 +41,6 @@ def start(*arguments, **keywords):
 @pytest.mark.parametrize(
     "arguments,words",
     [
-        ([], "VERB"),
         (["wash"], "there are: info, validate"),
         (["inof"], "did you mean info?"),
         (["Import"], "did you mean import?"),
