@@ -76,11 +76,9 @@ def test_a_list_of_the_parts(journalled, capsys):
 
 def test_add_rename_copy_and_delete(path, square, tmp_path, capsys):
     before = raw_contents(path)
-    assert run(capsys, "parts", "add", path, "b/new", square)[:2] == (
-        0,
-        "  note: 1 faces of more than three corners were cut into triangles (fans)\n"
-        "%s: added part b/new\n" % path,
-    )
+    code, out, _ = run(capsys, "parts", "add", path, "b/new", square)
+    assert code == 0 and out.startswith("  note: 1 faces of more than three corners were cut")
+    assert out.endswith("%s: added part b/new\n" % path)
     assert MapFile(path, "b/new").vertex_count == 4
     assert run(capsys, "parts", "rename", path, "b/new", "c", "-q") == (0, "", "")
     assert run(capsys, "parts", "copy", path, "c", "d")[0] == 0

@@ -94,6 +94,18 @@ def check_output(source: Optional[str], target: str, force: bool, suffixes=MAP_S
             raise MapFileError("exists", target, "IN and OUT are the same file", "")
 
 
+def own_output(arguments: argparse.Namespace) -> str:
+    """Where a verb writes whose OUT.h5 may be left out: then FILE itself, in one step; checked."""
+    output = arguments.output
+    if output is None:
+        output, arguments.force = arguments.input, True
+        read_head(output)
+        check_output(None, output, True)
+    else:
+        check_output(arguments.input, output, arguments.force)
+    return str(output)
+
+
 def file_bytes(path: str) -> int:
     """The size of a file that was just written."""
     return os.stat(path).st_size

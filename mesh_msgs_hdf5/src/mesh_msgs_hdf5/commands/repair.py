@@ -5,13 +5,12 @@ import os
 from mesh_msgs_hdf5.commands._common import (
     add_output_options,
     add_part,
-    check_output,
     file_bytes,
+    own_output,
     say,
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.commands.replaced_output import check_replaced, kept_parts
-from mesh_msgs_hdf5.files.probe import read_head
 from mesh_msgs_hdf5.isolation import isolated
 from mesh_msgs_hdf5.labels.map_contents import all_label_changes
 from mesh_msgs_hdf5.labels.replaced_maps import check_journals, save_journals, uuids_of
@@ -31,13 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    output = arguments.output
-    if output is None:
-        output, arguments.force = arguments.input, True
-        read_head(output)
-        check_output(None, output, True)
-    else:
-        check_output(arguments.input, output, arguments.force)
+    output = own_output(arguments)
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("repairing " + arguments.input)
         options = {"part": arguments.part, "overwrite": arguments.force}

@@ -36,7 +36,7 @@ def test_an_interrupt_while_modules_are_loaded(tmp_path):
     node = Path(__file__).resolve().parents[2] / "nodes" / "mbf_mesh_nav"
     ended = subprocess.run(
         [sys.executable, node],
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
         stderr=subprocess.PIPE,
         timeout=30,
     )
