@@ -28,7 +28,7 @@ VERBS = {
     "diff": "diff {f} {f}",
     "layers": "layers list {f}",
     "labels": "labels list {f}",
-    "render": "render {f} {o}.png --size 160x120",
+    "render": "render {f} {o}.png --size 200x200",
 }
 
 
