@@ -50,7 +50,8 @@ class MeshMapNode(unittest.TestCase):
         MapFile.write(self.path, Mesh(vertices, self.mesh.faces, vertex_colors=self.colors))
 
     def test_a_map_that_another_program_has_open_is_waited_for(self):
-        code = "import sys, h5py; file = h5py.File(sys.argv[1], 'r+'); print(flush=True); sys.stdin.read()"
+        code = "import sys, h5py; file = h5py.File(sys.argv[1], 'r+')\n"
+        code += "print(flush=True); sys.stdin.read()"
         command = [sys.executable, "-c", code, self.path]
         with subprocess.Popen(command, stdin=PIPE, stdout=PIPE) as holder:
             holder.stdout.readline()
