@@ -170,7 +170,9 @@ class DrivingTest(unittest.TestCase):
         self.assert_at(3.0, 7.0, -2.0)
         self.assertGreater(len(feedback), 20)
         self.assertGreater(max(each.last_cmd_vel.twist.linear.x for each in feedback), 0.5)
-        self.assertEqual({each.current_pose.header.frame_id for each in feedback}, {"map"})
+        # In a cycle for which TF is late, as on a busy machine, there is no pose.
+        frames = {each.current_pose.header.frame_id for each in feedback}
+        self.assertEqual(frames - {""}, {"map"})
         self.assert_stopped()
 
     def test_the_navigator_step_by_step(self):
