@@ -246,3 +246,15 @@ def test_parts_of_a_map_of_another_schema(tmp_path, rich_mesh, square, capsys):
     assert run(capsys, "parts", "rename", path, "upper", "lower")[0] == 0
     assert run(capsys, "parts", "delete", path, "lower")[0] == 0
     assert parts_of(path) == [""]
+
+
+def test_a_part_in_a_national_grid_keeps_its_digits(path, tmp_path, capsys):
+    far = tmp_path / "far.obj"
+    corners = ((0, 0), (0.25, 0), (0, 0.25))
+    lines = ["v %.2f %.2f 1" % (365430.25 + x, 5801230.5 + y) for x, y in corners]
+    far.write_text("\n".join(lines + ["f 1 2 3", ""]))
+    code, out, _ = run(capsys, "parts", "add", path, "far", far)
+    assert code == 0 and "was subtracted from the coordinates" in out
+    file = MapFile(path, "far")
+    found = file.vertices[:, :2] + np.float64(file.origin[:2])
+    assert np.abs(found - np.add(corners, (365430.25, 5801230.5))).max() < 1e-6

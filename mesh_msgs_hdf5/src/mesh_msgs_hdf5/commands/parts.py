@@ -10,6 +10,7 @@ from mesh_msgs_hdf5.commands.part_changes import (
     renamed,
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
+from mesh_msgs_hdf5.formats.base.options import NEEDED
 from mesh_msgs_hdf5.labels.map_contents import read_map
 
 NAME = "parts"
@@ -74,7 +75,7 @@ def _list(arguments):
 
 
 def _add(arguments):
-    mesh, report = read_map(arguments.input, arguments.from_part)
+    mesh, report = read_map(arguments.input, arguments.from_part, origin=NEEDED)
     notes, replaced = put(arguments.file, mesh, arguments.name, arguments.force)
     text = "replaced part %s" if replaced else "added part %s"
     return text % arguments.name, report.notes + notes
