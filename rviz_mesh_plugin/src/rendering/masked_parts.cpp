@@ -25,7 +25,7 @@ void MaskedParts::hide(const HiddenFacesConstPtr& hidden)
   hidden_ = hidden;
   coming_.clear();
   searching_.drop();
-  if (!hidden || hidden == layout_->hidden || !layout_->faces) {
+  if (!hidden || hidden == layout_->hidden || !layout_->faces || parts_.empty()) {
     take({});
     return;
   }

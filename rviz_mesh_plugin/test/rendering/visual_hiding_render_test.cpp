@@ -134,6 +134,11 @@ TEST_F(VisualHiding, the_layout_without_them_takes_over)
   visual->hide(all);
   uploadAll();
   expectPixels(0, 0);
+  // With nothing left to draw, there is nothing to wait for either.
+  visual->setLayout(layOutNow(mesh, all));
+  uploadAll();
+  visual->hide(right);
+  EXPECT_TRUE(visual->upload()) << "until there is another layout";
 }
 
 TEST_F(VisualHiding, a_layout_that_is_older_than_what_is_hidden_is_drawn_without_it)
