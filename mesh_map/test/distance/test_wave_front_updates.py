@@ -55,7 +55,7 @@ def test_any_changes_are_followed_on_all_of_the_zoo(name):
 @pytest.mark.parametrize("name", ["jittered", "rougher", "random", "squeezed"])
 def test_every_label_follows_from_those_around_it(name):
     """So nothing is changed by an update that is told of changes where there are none."""
-    for seed in range(10):
+    for seed in range(3 if name == "squeezed" else 10):  # an update of slivers goes far
         story = Story(name, seed)
         field = story.anew()
         before = field.labels.copy()

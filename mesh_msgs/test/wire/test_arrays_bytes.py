@@ -69,6 +69,7 @@ def test_every_message_with_arrays_of_numbers_has_an_array_class():
         "LayerInfoArray",
         "MeshLabelColors",
         "MeshVertexTexCoords",
+        "StoreResult",
         "TriangleMesh",
         "TriangleMeshStamped",
     }

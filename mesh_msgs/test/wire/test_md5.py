@@ -37,6 +37,7 @@ MESSAGES = {
     "MeshFaceCosts": "ade4ce6a157397b6c023e12482bc76c8",
     "MeshFaceCostsStamped": "f24dd558c7f2de70f524aacb5ac5869b",
     "MeshLabelColors": "e17eb54bbd698f3ef2b9e6332bf5f9ca",
+    "StoreResult": "436629e5aead61de852e7bd880fe1651",
 }
 
 NOTHING = "d41d8cd98f00b204e9800998ecf8427e"

@@ -7,8 +7,7 @@ import h5py
 import map_samples
 import numpy as np
 import pytest
-from mesh_msgs import arrays
-from server_samples import everything
+from server_samples import everything, layer_message
 
 from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.formats.any_mesh import MeshMembers
@@ -56,14 +55,8 @@ def path(tmp_path):
     return tmp_path / "a.h5"
 
 
-def layer(name, value=1.0):
-    message = arrays.MeshVertexCostsStamped(type=name)
-    message.mesh_vertex_costs.costs = np.full(12, value, np.float32)
-    return message
-
-
 def store_layer(served, name, value=1.0):
-    served.store(received.vertex_costs, layer(name, value), genpy.Time(5))
+    served.store(received.vertex_costs, layer_message(name, value), genpy.Time(5))
 
 
 def test_a_change_is_served_before_it_is_saved(opened, path):
@@ -139,7 +132,7 @@ def test_what_was_stored_before_the_end_is_saved(opened, path):
         return received.vertex_costs(message, overlay)
 
     ender = threading.Thread(target=served.end, args=("the server is ending",))
-    served.store(read, layer("newer"), genpy.Time(5))
+    served.store(read, layer_message("newer"), genpy.Time(5))
     ender.join()
     assert served.is_ended
     with pytest.raises(Refused, match="^the server is ending$"):

@@ -1,5 +1,6 @@
 """A small map that has everything, for the tests of hdf5_map_server and what it is made of."""
 import numpy as np
+from mesh_msgs import arrays
 
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
@@ -41,3 +42,10 @@ def everything(seed=1, vertices=12, faces=9):
         ),
         frame_id="floor",
     )
+
+
+def layer_message(name, value=1.0, vertices=12):
+    """A layer of one value, as it is sent to hdf5_map_server."""
+    message = arrays.MeshVertexCostsStamped(type=name)
+    message.mesh_vertex_costs.costs = np.full(vertices, value, np.float32)
+    return message

@@ -5,7 +5,7 @@ from typing import Any, Iterator, List, Optional, Set
 
 import rospy
 from mesh_msgs import arrays, validation
-from mesh_msgs.diagnostics_ros import ERROR, OK, Diagnostics, Status
+from mesh_msgs.diagnostics_ros import ERROR, OK, WARN, Diagnostics, Status
 from mesh_msgs.srv import GetUUIDs
 from std_srvs.srv import Trigger, TriggerResponse
 
@@ -19,6 +19,7 @@ from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
 from mesh_msgs_hdf5.ros.label_services_ros import Found, LabelServices, answering
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.ros.run_node_ros import run_node
+from mesh_msgs_hdf5.ros.store_results_ros import StoreResults
 
 _OWN, _SHARED = "~cluster_label", "cluster_label"
 _QUEUE = 100
@@ -45,6 +46,7 @@ class LabelManager:
             for name, handler in (("save_map", self._save), ("import_labels", self._import))
         ]
         self._labels = LabelServices("~", self._found, self._forwarder)
+        self._results = StoreResults("~store/result")
         self._timer = rospy.Timer(rospy.Duration(_POLL), lambda _event: self._publish_colors())
         self._subscribers = [
             rospy.Subscriber(
@@ -69,21 +71,28 @@ class LabelManager:
         """For /diagnostics."""
         if self._unsaved:
             return Status(ERROR, "labels stay in the journal: %s" % "; ".join(self._unsaved))
+        if self._results.last_refusal:
+            return Status(WARN, self._results.last_refusal)
         return Status(OK, "maps with labels: %d" % len(list(self._maps.uuids())))
 
     def _receive(self, message: Any, topic: str) -> None:
+        sent = topic, message.cluster.label, message.header.stamp
         try:
             if topic == _SHARED and self._is_served_elsewhere(message.uuid):
                 return
             labels = self._maps.find_or_make(message.uuid)
             self._log_notes()
-            self._store(labels, message, topic)
+            is_done = self._store(labels, message, topic)
         except MapFileError as error:
             rospy.logerr_throttle_identical(_QUIET, "label not stored: %s" % error)
+            self._results.refused(message.uuid, *sent, str(error))
             return
         self._labels.stored(labels.uuid, labels, message.cluster)
+        if is_done:
+            self._results.stored(labels.uuid, *sent)
 
-    def _store(self, labels: LabelEdits, message: Any, topic: str) -> None:
+    def _store(self, labels: LabelEdits, message: Any, topic: str) -> bool:
+        """Whether it is known to be on the disk."""
         received = message.cluster
         findings = validation.mesh_face_cluster(received, labels.face_count)
         if findings:
@@ -91,7 +100,8 @@ class LabelManager:
         try:
             labels.set(received.label, received.face_indices, override=bool(message.override))
         except OwnedError:
-            self._forwarder.store(labels, message, topic)
+            return self._forwarder.store(labels, message, topic)
+        return True
 
     def _is_served_elsewhere(self, uuid: str) -> bool:
         """True for a label, on the topic of hdf5_map_server, that the server here stores."""

@@ -49,21 +49,23 @@ class LabelForwarder:
         self._lock = threading.Lock()
         self._publishers: Dict[str, rospy.Publisher] = {}
 
-    def store(self, labels: LabelEdits, message: Any, received_on: str) -> None:
-        """Have the owner of these labels store a MeshFaceClusterStamped; returns when it has.
+    def store(self, labels: LabelEdits, message: Any, received_on: str) -> bool:
+        """Have the owner of these labels store a MeshFaceClusterStamped; True when it has.
 
-        received_on: the topic that the message came on; an owner that listens there has it already.
+        received_on: the topic that the message came on; an owner that listens there has it already,
+        and False is returned at once: it says itself when it has stored it.
         Raises MapFileError (owned) if there is no owner that can be reached, or it does not store
         it.
         """
         owner = self._reachable(labels)
         topic = self._name(labels, owner, "cluster_topic")
         if topic == rospy.resolve_name(received_on):
-            return  # not looked after: the next label of that text may be stored already
+            return False  # the next label of that text may be stored already
         sent = arrays.MeshFaceClusterStamped.from_message(message)
         sent.uuid = labels.uuid
         self._publish(labels, owner, topic, sent)
         self._wait_until_stored(labels, owner, message)
+        return True
 
     def delete(self, labels: LabelEdits, text: str) -> arrays.MeshFaceCluster:
         """Have the owner delete a label; returns what was deleted. Raises MapFileError (owned)."""

@@ -8,7 +8,7 @@ from typing import Callable, Iterator
 
 import rospy
 
-from mesh_msgs.diagnostics_ros import Diagnostics
+from mesh_msgs.diagnostics_ros import Diagnostics, Status
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.ros.label_forwarding_ros import SAVE_SERVICE, LabelForwarder, owner_info
 from mesh_msgs_hdf5.ros.label_services_ros import Found, LabelServices
@@ -47,8 +47,10 @@ class MapServer:
         self._store = MapStore(
             maps, self._topics, labels, forwarder, options.save_delay, self._look
         )
+        self._diagnostics = Diagnostics("maps", self._status)
 
-        self._diagnostics = Diagnostics("maps", lambda: progress.status(self._store.unsaved))
+    def _status(self) -> Status:
+        return self._progress.status(self._store.unsaved, self._store.results.last_refusal)
 
     def _look(self) -> None:
         for served in self._opening.open_waiting():

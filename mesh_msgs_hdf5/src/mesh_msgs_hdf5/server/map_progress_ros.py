@@ -84,8 +84,9 @@ class MapProgress:
         self._descriptions = descriptions
         self._say("\n".join(lines))
 
-    def status(self, unsaved: Sequence[str] = ()) -> Status:
-        """For /diagnostics. unsaved: sentences about what could not be saved."""
+    def status(self, unsaved: Sequence[str] = (), refused: str = "") -> Status:
+        """For /diagnostics. unsaved: sentences about what could not be saved. refused: what was
+        refused a short while ago; "" if nothing."""
         lines = self._said.split("\n")
         failures = [line for line in lines if line.startswith("failed: ")] + list(unsaved)
         if failures:
@@ -93,6 +94,8 @@ class MapProgress:
         served = sum(line.startswith("ready: ") for line in lines)
         if not served:
             return Status(WARN, self._said or "starting")
+        if refused:
+            return Status(WARN, refused, dict(self._descriptions))
         return Status(OK, "maps that are served: %d" % served, dict(self._descriptions))
 
     def _say(self, text: str) -> None:

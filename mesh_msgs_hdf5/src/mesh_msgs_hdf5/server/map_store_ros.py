@@ -15,9 +15,11 @@ from mesh_msgs_hdf5.model.mesh import Label
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
 from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
 from mesh_msgs_hdf5.ros.map_messages import cluster
+from mesh_msgs_hdf5.ros.store_results_ros import StoreResults
 from mesh_msgs_hdf5.server import received
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
 from mesh_msgs_hdf5.server.map_topics_ros import MapServerTopics
+from mesh_msgs_hdf5.server.pending import Sent, sent_on
 from mesh_msgs_hdf5.server.received import Refused
 from mesh_msgs_hdf5.server.served_map import ServedMap
 
@@ -44,10 +46,13 @@ _TOPICS = (
 
 
 class MapStore:
-    """Receives, publishes and saves.
+    """Receives, publishes and saves, and says of each message what became of it.
 
     What was received is saved when nothing more has come for save_delay seconds, by save_map and
     by close(). What cannot be saved is one log line and is tried again at the next of these.
+
+    Attributes: results (says of messages what became of them), unsaved (of the last attempt to
+    save, what it says of failures).
     """
 
     def __init__(
@@ -71,7 +76,8 @@ class MapStore:
         self._wake = threading.Condition()
         self._warned: Dict[str, float] = {}
         self._closed = False
-        self.unsaved: List[str] = []  # of the last attempt to save, what it says of failures
+        self.unsaved: List[str] = []
+        self.results = StoreResults("store/result")
         self._subscribers: List[rospy.Subscriber] = [
             rospy.Subscriber(name, kind, self._receiver(name, read), queue_size=_QUEUE)
             for name, kind, read in _TOPICS
@@ -99,12 +105,13 @@ class MapStore:
 
     def _receiver(self, name: str, read: Callable[[Any, Any], received.Received]) -> Any:
         def receive(message: Any) -> None:
+            uuid = message.map_uuid if name == "store/features" else message.uuid
+            sent = sent_on(name, message)
             try:
-                uuid = message.map_uuid if name == "store/features" else message.uuid
                 served = self._maps.find(uuid)
-                change = served.store(read, message, rospy.Time.now())
+                change = served.store(read, message, rospy.Time.now(), sent)
             except (Refused, UnknownMap, MapFileError, MemoryError) as error:
-                self._warn("%s: refused: %s" % (name, str(error) or "there is not enough memory"))
+                self._refuse(uuid, sent, str(error) or "there is not enough memory")
                 return
             for note in change.notes:
                 self._warn("%s: %s" % (name, note))
@@ -114,23 +121,32 @@ class MapStore:
         return receive
 
     def _label(self, message: Any) -> None:
+        sent = sent_on(_LABELS, message)
         try:
             served = self._maps.find(message.uuid)
             label = received.label(message, served.overlay)
-            stored = self._set_label(served, message, label)
+            stored, is_done = self._set_label(served, message, label)
         except (Refused, UnknownMap, MapFileError) as error:
-            self._warn("%s: refused: %s" % (_LABELS, error))
+            self._refuse(message.uuid, sent, str(error))
             return
         self._labels.stored(served.uuid, served.labels, cluster(message.cluster.label, stored))
+        if is_done:
+            self.results.stored(served.uuid, *sent)
 
-    def _set_label(self, served: ServedMap, message: Any, label: Label) -> Label:
-        """The label as it is now; another process that owns the labels is sent the message."""
+    def _set_label(self, served: ServedMap, message: Any, label: Label) -> Tuple[Label, bool]:
+        """The label as it is now, and whether that is known to be on the disk; another process that
+        owns the labels is sent the message."""
         text = message.cluster.label
         try:
-            return served.labels.set(text, label.faces, override=bool(message.override))
+            return served.labels.set(text, label.faces, override=bool(message.override)), True
         except OwnedError:
-            self._forwarder.store(served.labels, message, _LABELS)
-            return served.labels.get(text) if text in served.labels.names() else label
+            is_done = self._forwarder.store(served.labels, message, _LABELS)
+            known = text in served.labels.names()
+            return (served.labels.get(text) if known else label), is_done
+
+    def _refuse(self, uuid: str, sent: Sent, why: str) -> None:
+        self.results.refused(uuid, *sent, why)
+        self._warn("%s: refused: %s" % (sent.topic, why))
 
     def _warn(self, text: str) -> None:
         """Log a warning, but not the same one for every message of a stream."""
@@ -188,15 +204,22 @@ class MapStore:
                     done, waits = save()
                     if waits:
                         failed.append("%s: %s" % (served.target, waits))
+                        self._tell_waiting(served, waits)
                     if done:
                         seconds = time.monotonic() - started
                         saved.append("saved %s to %s in %.2f s" % (done, served.target, seconds))
                 except MapFileError as error:
                     failed.append("not saved: %s" % error)
+                    if save == served.save:  # labels are safe in the journal
+                        self._tell_waiting(served, str(error))
                     if error.code == "locked" and not served.is_saved:
                         locked.append(failed[-1])
                 except MemoryError:
                     failed.append("not saved: %s: there is not enough memory" % served.target)
+                    if save == served.save:
+                        self._tell_waiting(served, "there is not enough memory")
+            for sent in served.pending.take_stored():
+                self.results.stored(served.uuid, *sent)
         for line in saved:
             rospy.loginfo("%s", one_line(line))
         for line in failed:
@@ -208,3 +231,7 @@ class MapStore:
             self._expect_more(_TRY_AGAIN)
         self.unsaved = failed
         return saved, failed
+
+    def _tell_waiting(self, served: ServedMap, why: str) -> None:
+        for sent in served.pending.take_waiting(why):
+            self.results.waiting(served.uuid, *sent, why)

@@ -2,7 +2,7 @@
 import dataclasses
 import os
 import threading
-from typing import Any, Callable, List, Set, Tuple, Union
+from typing import Any, Callable, List, Optional, Set, Tuple, Union
 
 import genpy
 
@@ -17,6 +17,7 @@ from mesh_msgs_hdf5.model.edit import Edit, is_empty
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.ros.map_messages import MapMessages
 from mesh_msgs_hdf5.server.map_overlay import MapOverlay
+from mesh_msgs_hdf5.server.pending import Pending, Sent
 from mesh_msgs_hdf5.server.received import Received, Refused
 from mesh_msgs_hdf5.server.server_options import MapRequest
 
@@ -63,6 +64,7 @@ class ServedMap:
         self.uuid = overlay.uuid
         self.target = labels.path
         self._locked = locked
+        self.pending = Pending()
         self.is_ended = False
         self.loaded_stamp: Any = None
         self.saved_stamp: Any = None
@@ -98,16 +100,23 @@ class ServedMap:
         return new
 
     def store(
-        self, read: Callable[[Any, Any], Received], message: Any, stamp: genpy.Time
+        self,
+        read: Callable[[Any, Any], Received],
+        message: Any,
+        stamp: genpy.Time,
+        sent: Optional[Sent] = None,
     ) -> Received:
         """Make the change that a function of module received reads from a message.
 
-        Raises Refused where the message is wrong or nothing may be stored, and MapFileError.
+        stamp: of what is served from now on. sent: the message is pending as this. Raises Refused
+        where the message is wrong or nothing may be stored, and MapFileError.
         """
         with self._changing:  # an update of a layer reads what it changes
             self.check_open()
             received = read(message, self.overlay)
             self.overlay.change(received.edit)
+            if sent is not None:
+                self.pending.add(received.member, sent)
         self.messages.touch(received.member, received.key, stamp)
         return received
 
@@ -137,11 +146,14 @@ class ServedMap:
         everything is kept for the next time.
         """
         with self._saving:
-            ready, waits = self._ready()
+            with self._changing:  # a message is pending once its change is in the overlay
+                ready, waits = self._ready()
+                sent = self.pending.now(but=("materials",) if waits else ())
             if is_empty(ready):
                 return "", waits
             self._write(ready)
             self.overlay.saved(ready)
+            self.pending.store(sent)
             return summary(ready), waits
 
     def is_changed(self, found: Any) -> bool:
