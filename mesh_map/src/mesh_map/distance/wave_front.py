@@ -199,7 +199,9 @@ class WaveFrontSolver(MadeOnce):
 
         Args:
             goal: a point of the surface (anything with `face` and `position`, such as
-                SurfacePoint), a vertex, or pairs (vertex, potential to start with).
+                SurfacePoint), a vertex, or pairs (vertex, potential to start with) of one place
+                that the front comes from. Of several places solve each, and take the least: where
+                their fronts meet head on, one field of both is too low, and takes long.
             slowness: (V,) >= 0, the time that a meter takes, linear within faces; +inf or NaN
                 closes a vertex. None for 1. A float32 array is used as it is, and has to stay so.
             targets: vertices; once all are final, the field ends `offset` beyond the farthest.
