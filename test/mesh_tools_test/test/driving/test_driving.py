@@ -12,7 +12,7 @@ from mesh_tools_test.driving.drives import driven
 from mesh_tools_test.driving.verdicts import TOO_NEAR, Statistics, failures, table
 from mesh_tools_test.driving.worlds import DrivingWorld
 
-COUNT = 12  # drives
+COUNT = 6  # drives; the benchmark drives more
 
 
 def check_drives(
@@ -37,12 +37,12 @@ def check_drives(
 
 def test_outdoors():
     found = check_drives(worlds.outdoor(20_000))
-    assert len(found.planned) == COUNT == 12
+    assert len(found.planned) == COUNT == 6
 
 
 def test_in_a_building_of_large_faces():
     """Walls, pillars and furniture are surfaces of their own."""
-    assert len(check_drives(worlds.building(), seeds=range(8)).planned) == 8
+    assert len(check_drives(worlds.building(), seeds=range(5)).planned) == 5
 
 
 def test_on_rough_ground():
