@@ -144,6 +144,64 @@ def test_nodes_move_turn_scale_and_mirror(read):
     assert "left out: 1 other scenes" in report.notes
 
 
+AXIS = np.array([1.0, -2.0, 3.0]) / np.sqrt(14)
+ANGLE = 1.1
+
+
+def rotation_about(axis, angle):
+    """Rodrigues' formula: not symmetric, no entry 0 or 1."""
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+
+
+def affine(linear, translation):
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = linear, translation
+    return matrix
+
+
+TURN = rotation_about(AXIS, ANGLE)
+QUATERNION = [*(AXIS * np.sin(ANGLE / 2)), np.cos(ANGLE / 2)]
+# scale, then turn, then move (glTF 2.0, 3.5.3); a shear, which only a matrix can say, and which as
+# its transpose would be another one
+TRS = affine(TURN @ np.diag([2, 3, 0.5]), [10, -20, 30])
+SHEAR = affine(np.array([[1, 0.5, 0], [0, 1, 0.25], [0.125, 0, 2]]), [-4, 5, 7])
+AS_TRS = {"translation": [10, -20, 30], "rotation": QUATERNION, "scale": [2, 3, 0.5]}
+AS_MATRIX = {"matrix": TRS.T.ravel().tolist()}  # column after column
+AS_SHEAR = {"matrix": SHEAR.T.ravel().tolist()}
+
+
+@pytest.mark.parametrize(
+    "nodes,transform",
+    [
+        ([AS_TRS], TRS),
+        ([AS_MATRIX], TRS),
+        ([{"rotation": QUATERNION}], affine(TURN, [0, 0, 0])),
+        ([AS_TRS, AS_SHEAR], TRS @ SHEAR),
+        ([AS_SHEAR, AS_TRS], SHEAR @ TRS),
+        ([AS_SHEAR, AS_MATRIX, AS_TRS], SHEAR @ TRS @ TRS),
+    ],
+    ids=["TRS", "matrix", "rotation", "matrix in TRS", "TRS in matrix", "three"],
+)
+def test_a_node_is_where_its_matrices_say(read, nodes, transform):
+    gltf = Gltf()
+    normals = np.array([[0, 0.6, 0.8], [0.48, 0.6, 0.64], [1, 0, 0], [0, 0, 1]], np.float32)
+    gltf.mesh(UP, TWO_FACES, attributes={"NORMAL": gltf.accessor(normals, "f4")})
+    gltf.json["nodes"] = [dict(node, children=[i + 1]) for i, node in enumerate(nodes)]
+    gltf.json["nodes"] += [{"mesh": 0}]
+    mesh, _ = read(gltf)
+    to_z_up = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
+    expected = (UP @ transform[:3, :3].T + transform[:3, 3]) @ to_z_up.T
+    corners, faces = mesh.vertices[mesh.faces], TWO_FACES
+    if np.linalg.det(transform[:3, :3]) < 0:
+        faces = faces[:, ::-1]
+    assert np.allclose(corners, expected[faces], rtol=1e-6, atol=1e-5)
+    normal = (normals @ np.linalg.inv(transform[:3, :3])) @ to_z_up.T
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    assert np.allclose(mesh.vertex_normals[mesh.faces], normal[faces], atol=1e-6)
+
+
 def test_a_file_without_scenes_shows_the_roots(read):
     gltf = one()
     gltf.json["nodes"] = [{"mesh": 0}, {"children": [0], "translation": [0, 0, -1]}]

@@ -8,6 +8,7 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.map_file.hdf5 import chunks, guarded_group
 from mesh_msgs_hdf5.map_file.reading.label_reader import LabelReader
 from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.mesh import Label
 
 
 @pytest.fixture
@@ -125,6 +126,48 @@ def test_too_much_is_refused_before_any_of_it_is_read(tmp_path, rich_mesh, watch
     with pytest.raises(MapFileError) as refused:
         MapFile(path).read()
     assert refused.value.code == "size" and reads == []
+
+
+def sizes_of(path, place):
+    with h5py.File(path, "r") as file:
+        found = []
+        file[place].visititems(
+            lambda name, item: found.append(item.nbytes) if isinstance(item, h5py.Dataset) else None
+        )
+    return found
+
+
+def test_arrays_each_of_which_may_be_read_are_too_much_together(
+    tmp_path, rich_mesh, watch, monkeypatch
+):
+    rich_mesh.labels, rich_mesh.features = {}, None  # these are counted one by one
+    file = MapFile.write(tmp_path / "a.h5", rich_mesh)
+    sizes = sizes_of(file.path, "/mesh")
+    assert max(sizes) < sum(sizes) // 2
+    monkeypatch.setattr(guarded_group, "default_budget", lambda: sum(sizes) - 1)
+    reads = watch()
+    with pytest.raises(
+        MapFileError, match="declare %d bytes, more than the %d " % (sum(sizes), sum(sizes) - 1)
+    ) as refused:
+        file.read()
+    assert refused.value.code == "size" and reads == []
+    monkeypatch.setattr(guarded_group, "default_budget", lambda: sum(sizes))
+    assert_same(file.read().vertices, rich_mesh.vertices, "vertices")
+
+
+def test_what_is_read_one_by_one_in_one_call_is_counted_together(tmp_path, rich_mesh, monkeypatch):
+    faces = np.arange(len(rich_mesh.faces), dtype=np.uint32)
+    rich_mesh.labels = {"tree_%d" % i: Label(faces) for i in range(40)}
+    file = MapFile.write(tmp_path / "a.h5", rich_mesh)
+    total = 40 * faces.nbytes
+    monkeypatch.setattr(guarded_group, "default_budget", lambda: total - 1)
+    assert all(len(file.label(text).faces) == len(faces) for text in file.label_names())
+    wanted = "declare %d bytes, more than the %d " % (total, total - 1)
+    with pytest.raises(MapFileError, match=wanted) as refused:
+        file.labels()
+    assert refused.value.code == "size"
+    monkeypatch.setattr(guarded_group, "default_budget", lambda: total)
+    assert len(file.labels()) == 40
 
 
 def corrupt(path, places):
