@@ -16,7 +16,7 @@ CPP = {
         {"base"},
     ],
     "mesh_msgs_hdf5": [
-        {"deflate", "polygons"},
+        {"deflate", "polygons", "surface"},
     ],
     "osmesa_harness": [
         {"harness", "shim"},

@@ -7,7 +7,9 @@ import sys
 import numpy as np
 import pytest
 from mesh_msgs import zoo
+from peak_memory import peak_memory
 
+from mesh_msgs_hdf5 import _surface
 from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
@@ -109,6 +111,46 @@ def test_counts_are_those_of_a_slow_search(seed):
             assert first == next(i for i, face in enumerate(known) if face in known[:i])
         if rule == "repeated_vertex" and first is not None:
             assert first == next(i for i, face in enumerate(faces.tolist()) if len(set(face)) < 3)
+
+
+def shapes_by_numpy(vertices, faces):
+    """Twice the areas (F,), squares of the longest edges, z of the normals, normals of vertices."""
+    a, b, c = np.moveaxis(vertices[faces].astype(np.float64), 1, 0)
+    crosses = np.cross(b - a, c - a)
+    edges = [((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]
+    around = np.zeros((len(vertices), 3))
+    for axis in range(3):
+        weights = np.repeat(crosses[:, axis], 3)
+        around[:, axis] = np.bincount(faces.ravel(), weights, minlength=len(vertices))
+    return np.linalg.norm(crosses, axis=1), np.max(edges, 0), np.sign(crosses[:, 2]), around
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 4567.8])
+def test_areas_and_normals_are_those_of_numpy_to_the_last_bit(scale):
+    vertices = WORLD.vertices * np.float32(scale)
+    found = _surface._shapes(vertices, WORLD.faces)
+    for one, other in zip(found, shapes_by_numpy(vertices, WORLD.faces)):
+        assert np.array_equal(one, other)
+
+
+def test_a_large_mesh_takes_little_memory():
+    grid = zoo.grid(500)
+    normals = np.tile(np.float32([0, 0, 1]), (len(grid.vertices), 1))
+    findings(grid.vertices[:4], np.uint32([[0, 1, 2], [0, 2, 3]]), normals[:4])  # what is imported
+    with peak_memory() as growth:
+        assert set(findings(grid.vertices, grid.faces, normals)) == {"boundary"}
+        assert growth() * 1024 < 100 * len(grid.faces)  # 1.5 GB for 10 million, with the mesh
+
+
+def test_indices_that_are_none_do_not_reach_the_loops():
+    vertices, wrong = np.zeros((3, 3), np.float32), np.uint32([[0, 1, 3]])
+    for call in (
+        lambda: _surface._surface(wrong, 3),
+        lambda: _surface._repeated_faces(wrong, 3),
+        lambda: _surface._shapes(vertices, wrong),
+    ):
+        with pytest.raises(IndexError):
+            call()
 
 
 def test_a_large_world_has_the_parts_that_it_was_made_of():

@@ -3,6 +3,8 @@ from typing import Sequence, Tuple
 
 import numpy as np
 
+_MULTIPLIER = np.uint64(0x9E3779B97F4A7C15)  # odd, its bits as if by chance
+
 
 def equal_rows(columns: Sequence[np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
     """(first row of each group (G,), the group of each row (N,)) of the columns (N,) of a table.
@@ -29,7 +31,16 @@ def by_appearance(first: np.ndarray, group: np.ndarray) -> Tuple[np.ndarray, np.
     return first[order], number[group]
 
 
-def is_repeated(columns: Sequence[np.ndarray]) -> np.ndarray:
-    """(N,): which rows of a table are the same as one before."""
-    first, group = equal_rows(columns)
-    return first[group] != np.arange(len(group))
+def is_repeated(rows: np.ndarray) -> np.ndarray:
+    """(N,): which rows of a table (N, C) of uint32 are the same as one before."""
+    repeated = np.zeros(len(rows), bool)
+    sums = np.zeros(len(rows), np.uint64)
+    for column in rows.T:  # what is the same has the same sum; almost nothing else has
+        sums = (sums + column) * _MULTIPLIER
+    ordered = np.sort(sums)
+    again = ordered[1:][ordered[1:] == ordered[:-1]]
+    if len(again):
+        candidates = np.flatnonzero(np.isin(sums, again))
+        first, group = equal_rows(rows[candidates].T)
+        repeated[candidates] = first[group] != np.arange(len(group))
+    return repeated
