@@ -130,19 +130,65 @@ def test_materials_one_cluster_each(messages, source, mesh):
     assert not validation.mesh_materials_stamped(message, len(mesh.vertices), len(mesh.faces))
     parts = stock(message).mesh_materials
     assert list(parts.cluster_materials) == [0, 1, 2]
-    faces = mesh.materials.face_materials
-    for number, cluster in enumerate(parts.clusters):
+    faces, order = mesh.materials.face_materials, [2, 0, 1]
+    for number, cluster in zip(order, parts.clusters):
         assert list(cluster.face_indices) == [i for i, m in enumerate(faces) if m == number]
         assert cluster.label == ""
-    assert [m.has_texture for m in parts.materials] == [True, False, True]
+    assert [m.has_texture for m in parts.materials] == [True, True, False]
     # -1, "no texture", must not become 4294967295
-    assert [m.texture_index for m in parts.materials] == [3, 0, 0]
-    for material, color in zip(parts.materials, mesh.materials.colors):
+    assert [m.texture_index for m in parts.materials] == [0, 3, 2]
+    for material, color in zip(parts.materials, mesh.materials.colors[order]):
         shown = [material.color.r, material.color.g, material.color.b, material.color.a]
         expected = [float(np.float32(byte) / np.float32(255)) for byte in color] + [1.0]
         assert shown == expected
     found = np.float32([[c.u, c.v] for c in parts.vertex_tex_coords])
     np.testing.assert_array_equal(found, mesh.texture_coordinates)
+
+
+def released_plugin(materials):
+    """What rviz_map_plugin 1.1 does with materials: the index of the OGRE material of each.
+
+    It never looks at has_texture. OGRE refuses a second resource of one name, which ends RViz.
+    """
+    names, found = [], []
+    for material in materials:
+        name = "TextureMaterial_%d" % material.texture_index
+        assert name not in names, "%s already exists" % name
+        names.append(name)
+        found.append(names[material.texture_index])  # of a vector, so far as it is filled
+    assert found == names
+    return names
+
+
+@pytest.mark.parametrize(
+    "indices, in_order",
+    [
+        ([-1, -1, -1], True),
+        ([-1, 0, -1], True),
+        ([1, -1, 0], True),
+        ([-1, -1, 2, 0, 1], True),
+        ([0, 1, 2], True),
+        ([5, -1, 0, -1], False),  # a texture whose number is no material's: that RViz fails
+        ([-1, 1, 1, -1], False),  # two materials with one texture: that RViz fails, too
+    ],
+)
+def test_the_released_rviz_makes_a_material_of_each(indices, in_order):
+    count = len(indices)
+    colors = np.arange(count, dtype=np.uint8)[:, None].repeat(3, 1)
+    faces = np.arange(count, dtype=np.uint32)[::-1].copy()
+    materials = Materials(colors, np.array(indices, np.int32), faces)
+    message = materials_message(materials, None)
+    if in_order:
+        released_plugin(message.materials)
+    bare = [m.texture_index for m in message.materials if not m.has_texture]
+    assert len(set(bare)) == len(bare) and not set(bare) & set(indices)
+    seen = {}
+    for cluster, number in zip(message.clusters, message.cluster_materials):
+        material = message.materials[number]
+        index = material.texture_index if material.has_texture else -1
+        (face,) = cluster.face_indices.tolist()
+        seen[face] = (index, round(material.color.r * 255))
+    assert seen == {face: (indices[m], m) for face, m in enumerate(faces.tolist())}
 
 
 def test_clusters_of_many_faces_are_ascending():

@@ -109,6 +109,14 @@ class ServeEverything(unittest.TestCase):
         self.assertEqual(self.one.call("get_uuids", srv.GetUUIDs).uuids, [MAP.uuid])
         self.assertEqual(self.one.call("get_uuid", srv.GetUUID).uuid, MAP.uuid)
 
+    def test_get_uuid_in_the_type_that_the_released_rviz_calls_it_with(self):
+        self.assertEqual(self.one.call("get_uuid", srv.GetUUIDs).uuids, [MAP.uuid])
+        self.assertEqual(self.two.call("get_uuid", srv.GetUUIDs).uuids, [MAP.uuid, OTHER.uuid])
+        with self.assertRaises(rospy.ServiceException):  # another type is refused, as ever
+            self.one.call("get_uuid", srv.GetGeometry)
+        (line,) = self.one.logged("md5sums do not match")
+        self.assertIn(srv.GetGeometry._md5sum, line)
+
     def test_geometry_services(self):
         for name, parts in (
             ("get_geometry", ("vertices", "normals", "faces")),
@@ -139,13 +147,15 @@ class ServeEverything(unittest.TestCase):
         self.headed(answer.mesh_materials_stamped)
         parts = answer.mesh_materials_stamped.mesh_materials
         self.assertEqual(list(parts.cluster_materials), [0, 1, 2])
-        for number, cluster in enumerate(parts.clusters):
+        order = [2, 0, 1]  # the material of texture 0 stands first, as the released RViz needs it
+        for number, cluster in zip(order, parts.clusters):
             found = np.flatnonzero(MAP.materials.face_materials == number).tolist()
             self.assertEqual(list(cluster.face_indices), found)
-        self.assertEqual([m.has_texture for m in parts.materials], [True, False, True])
-        self.assertEqual([m.texture_index for m in parts.materials], [3, 0, 0])
+        self.assertEqual([m.has_texture for m in parts.materials], [True, True, False])
+        self.assertEqual([m.texture_index for m in parts.materials], [0, 3, 2])
         found = np.float32([(m.color.r, m.color.g, m.color.b, m.color.a) for m in parts.materials])
-        np.testing.assert_array_equal(found[:, :3], MAP.materials.colors / np.float32(255))
+        expected = MAP.materials.colors[order] / np.float32(255)
+        np.testing.assert_array_equal(found[:, :3], expected)
         np.testing.assert_array_equal(found[:, 3], 1)
         found = np.float32([(c.u, c.v) for c in parts.vertex_tex_coords])
         np.testing.assert_array_equal(found, MAP.texture_coordinates)

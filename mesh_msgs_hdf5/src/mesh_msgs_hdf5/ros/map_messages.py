@@ -184,7 +184,7 @@ def rgba(rgb: Optional[np.ndarray]) -> np.ndarray:
 def materials_message(
     materials: Optional[Materials], coordinates: Optional[np.ndarray]
 ) -> arrays.MeshMaterials:
-    """A cluster for each material, with its faces in ascending order."""
+    """A cluster for each material (in `wire_order`), with its faces in ascending order."""
     message = arrays.MeshMaterials(
         vertex_tex_coords=np.zeros((0, 2), np.float32) if coordinates is None else coordinates
     )
@@ -193,18 +193,42 @@ def materials_message(
     count = len(materials.colors)
     order = np.argsort(materials.face_materials, kind="stable").astype(np.uint32)
     ends = np.cumsum(np.bincount(materials.face_materials, minlength=count))
-    for number, color in enumerate(rgba(materials.colors)):
+    colors = rgba(materials.colors)
+    for position, number in enumerate(wire_order(materials.texture_indices)):
         index = int(materials.texture_indices[number])
         faces = order[ends[number - 1] if number else 0 : ends[number]]
         message.clusters.append(arrays.MeshFaceCluster(face_indices=faces))
         # no texture is -1 in a file, and has_texture here: as uint32 it would be 4294967295
         message.materials.append(
             MeshMaterial(
-                texture_index=max(index, 0), color=ColorRGBA(*color), has_texture=index >= 0
+                texture_index=index if index >= 0 else position,
+                color=ColorRGBA(*colors[number]),
+                has_texture=index >= 0,
             )
         )
     message.cluster_materials = list(range(count))
     return message
+
+
+def wire_order(texture_indices: np.ndarray) -> List[int]:
+    """The materials' numbers, in the order in which a message has them.
+
+    The released RViz plugin does not look at has_texture: it makes an OGRE material named by
+    texture_index of each material and finds it in a list by that index. An index that stands twice
+    ends RViz, and so may one that is not the material's position. So the material of texture k is
+    the k-th where that can be, and the others, in their order, fill the places that stay free: then
+    the position of one without texture is no texture's index.
+    """
+    count = len(texture_indices)
+    places: List[Optional[int]] = [None] * count
+    rest = []
+    for number, index in enumerate(texture_indices.tolist()):
+        if 0 <= index < count and places[index] is None:
+            places[index] = number
+        else:
+            rest.append(number)
+    others = iter(rest)
+    return [next(others) if number is None else number for number in places]
 
 
 def texture_image(pixels: np.ndarray) -> Image:

@@ -19,6 +19,7 @@ from mesh_msgs_hdf5.ros.map_messages import FACES, NORMALS, VERTICES
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
 from mesh_msgs_hdf5.server.received import Refused
 from mesh_msgs_hdf5.server.served_map import ServedMap
+from mesh_msgs_hdf5.server.typed_services_ros import ServiceOfTwoTypes
 
 # names that the layers of the two services of release 1.0 have in files
 _ROUGHNESS = ("roughness",)
@@ -35,7 +36,8 @@ class MapServerServices:
         self._maps = maps
         self._services: List[rospy.Service] = [
             rospy.Service("get_uuids", GetUUIDs, self._get_uuids),
-            rospy.Service("get_uuid", GetUUID, self._get_uuid),
+            # release 1.0 has GetUUID; the RViz plugin of 1.1 calls it as GetUUIDs
+            ServiceOfTwoTypes("get_uuid", (GetUUID, self._get_uuid), (GetUUIDs, self._get_uuids)),
         ]
         for name, kind, handler in (
             ("get_geometry", array_services.GetGeometry, _geometry(VERTICES, FACES, NORMALS)),
