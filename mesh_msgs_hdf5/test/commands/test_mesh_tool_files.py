@@ -6,6 +6,7 @@ import h5py
 import matplotlib.image
 import numpy as np
 import pytest
+from released_readers import map3d_of_ros2
 from map_samples import assert_same_mesh, write_s0, write_s2
 from mesh_msgs import zoo
 
@@ -96,6 +97,19 @@ def test_export_and_convert_keep_everything(rich_mesh, tmp_path, capsys):
         assert run(capsys, "diff", old, new, "--ignore", "other")[:2] == (0, "")
         with h5py.File(new, "r") as file:
             assert file["raw/scans"][()].tolist() == list(range(9))
+
+
+def test_to_ros2_and_back_by_convert_and_by_import(rich_mesh, tmp_path, capsys):
+    path, ros2 = tmp_path / "a.h5", tmp_path / "ros2.h5"
+    MapFile.write(path, rich_mesh)
+    code, said, _ = run(capsys, "convert", path, ros2, "--for", "ros2", "--json")
+    assert code == 0 and json.loads(said)["notes"] == []
+    assert np.array_equal(map3d_of_ros2(ros2)[0], rich_mesh.vertices)
+    for verb in ("convert", "import"):
+        back = tmp_path / (verb + ".h5")
+        assert run(capsys, verb, ros2, back)[0] == 0
+        assert run(capsys, "diff", path, back, "--ignore", "source")[:2] == (0, "")
+    assert run(capsys, "diff", path, ros2)[:2] == (0, "")
 
 
 def test_repack_in_place_and_elsewhere(rich_mesh, tmp_path, capsys):

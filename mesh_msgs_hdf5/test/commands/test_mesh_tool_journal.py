@@ -7,6 +7,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from map_samples import write_s0
+from released_readers import labels_of_ros2
 
 from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.formats.importer import read_mesh
@@ -84,6 +85,12 @@ def test_a_new_map_file_has_them_and_needs_no_journal(path, tmp_path, capsys):
     lvr2 = tmp_path / "lvr2.h5"
     assert run(capsys, "convert", path, lvr2, "--for", "lvr2", "--part", "floor2")[0] == 0
     assert (in_file(lvr2, "floor2"), in_file(lvr2, "mesh")) == (FLOOR, EDITED)
+    ros2 = tmp_path / "ros2.h5"
+    assert run(capsys, "convert", path, ros2, "--for", "ros2")[0] == 0
+    assert (in_file(ros2, "mesh"), MapFile(ros2, "mesh").schema) == (EDITED, "S2")
+    assert {t: sorted(f) for t, f in labels_of_ros2(ros2, "mesh").items()} == {
+        text: faces for text, (faces, _) in EDITED.items()
+    }
 
 
 def test_a_map_with_large_labels_is_repacked_with_its_edits(tmp_path, capsys):

@@ -13,6 +13,7 @@ from mesh_msgs_hdf5 import _surface
 from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.map_file.convert import convert
 from mesh_msgs_hdf5.model.mesh import Label, Materials, Mesh
 from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, RULES, WARNING, counts
 from mesh_msgs_hdf5.validation.validate import validate
@@ -225,6 +226,20 @@ def grid_map(tmp_path):
     mesh = zoo.grid(3)
     MapFile.write(tmp_path / "grid.h5", Mesh(mesh.vertices, mesh.faces))
     return tmp_path / "grid.h5"
+
+
+@pytest.mark.parametrize("profile", ["s1", "lvr2", "both", "ros2"])
+def test_a_map_over_which_lvr2_ends_is_noted_with_the_way_out(tmp_path, rich_mesh, profile):
+    path, target = str(tmp_path / "a.h5"), str(tmp_path / "b.h5")
+    MapFile.write(path, rich_mesh)
+    convert(path, target, profile=profile)
+    found = [f for f in validate(target) if f.rule == "lvr2_textures"]
+    assert len(found) == (profile == "s1")
+    for finding in found:
+        assert (finding.level, finding.where) == (NOTE, "textures") and finding.rule in RULES
+        for words in ("mesh_tool convert --for lvr2", "hdf5_map_io finds no materials", "both"):
+            assert words in finding.message
+    assert not [f for f in validate(target) if f.level == ERROR]
 
 
 def test_a_good_map_has_notes_only(grid_map):

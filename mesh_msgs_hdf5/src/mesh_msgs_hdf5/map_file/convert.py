@@ -1,9 +1,10 @@
-"""Rewrites map files: from any schema to S1, for LVR2, and without unused space."""
+"""Rewrites map files: from any schema to S1, for LVR2 and ROS 2, and without unused space."""
 import os
 import types
 from typing import List, Mapping, Optional, Set
 
 import h5py
+import numpy as np
 
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.save import check_target, stamp
@@ -11,10 +12,12 @@ from mesh_msgs_hdf5.map_file.hdf5 import chunks
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_files import reading
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import reached
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
+from mesh_msgs_hdf5.map_file.reading.mending import mended_normals
 from mesh_msgs_hdf5.map_file.writing.check_edit import checked_edit
 from mesh_msgs_hdf5.map_file.writing.edit_writer import apply_edit
 from mesh_msgs_hdf5.map_file.writing.hdf5_stream import Stream, building, reading_stream
 from mesh_msgs_hdf5.map_file.writing.map_saving import bytes_of, part_group, save_built, verify
+from mesh_msgs_hdf5.map_file.writing.lvr2_part import write_lvr2_part
 from mesh_msgs_hdf5.map_file.writing.object_writer import (
     SMALL_BYTES,
     ObjectWriter,
@@ -26,6 +29,10 @@ from mesh_msgs_hdf5.map_file.writing.part_writer import PartWriter
 from mesh_msgs_hdf5.map_file.writing.raw_compare import RawComparison
 from mesh_msgs_hdf5.map_file.writing.raw_copy import copy_attributes, copy_everything
 from mesh_msgs_hdf5.map_file.writing.references import carry_references
+from mesh_msgs_hdf5.map_file.writing.ros2_part_writer import (
+    Ros2PartWriter,
+    remove_vertex_attributes,
+)
 from mesh_msgs_hdf5.map_file.writing.texture_writer import IMAGE_ATTRIBUTES
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.edit import Edit, LabelChanges, changed_labels
@@ -33,7 +40,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import TEXT
 
 _NONE: Mapping[str, LabelChanges] = types.MappingProxyType({})
-PROFILES = ("s1", "lvr2")
+PROFILES = ("s1", "lvr2", "both", "ros2")
 _NOT_IMAGES = "not textures"  # a group of the part, for what LVR2 would take for a texture
 _KNOWN_ATTRIBUTES = frozenset(IMAGE_ATTRIBUTES) | {
     schema.PARAMETERS,
@@ -51,10 +58,12 @@ def convert(
     overwrite: bool = False,
     label_changes: Mapping[str, LabelChanges] = _NONE,
 ) -> List[str]:
-    """Write a part of a map file of any schema as schema S1; returns notes on what changed.
+    """Write a part of a map file of any schema as schema S1 or S2; returns notes on what changed.
 
-    part: as in MapFile. profile: "s1", or "lvr2" with textures and materials as LVR2 had them until
-    2024-11, so that its MeshIO loads the file. A part at the root becomes mesh, except in S1.
+    part: as in MapFile. profile: "s1"; "lvr2" with textures and materials as LVR2 had them until
+    2024-11, so that its MeshIO loads the file; "both": as s1, with a second part for LVR2 (see
+    lvr2_part.py); "ros2": schema S2, for LVR2 since 2024-12 and the mesh tools of ROS 2, which is
+    only read here. A part at the root becomes mesh, except in S1.
     Everything else in the file is carried over as it is stored, other parts included; what is in
     the way gets another name, which is noted. The source is not touched. label_changes: part ->
     changes of its labels, of parts that are carried over only where they are of S1. Raises
@@ -62,7 +71,7 @@ def convert(
     """
     if profile not in PROFILES:
         raise MapFileError(
-            "value", target_path, "profile %r is not known" % (profile,), "s1 or lvr2"
+            "value", target_path, "profile %r is not known" % (profile,), ", ".join(PROFILES)
         )
     check_target(target_path, overwrite)
     _check_not_the_same(source_path, target_path)
@@ -110,6 +119,9 @@ def _rewrite(source_path, target_path, part, profile, overwrite, label_changes, 
         own = reader.own_paths()
         notes += reader.notes
         target_part = _target_part(reader, notes)
+        if profile == "ros2":
+            _make_fit_for_map3d(mesh, target_part, notes)
+            names = PartNames.of_mesh(mesh)
         _note_what_is_lost(source, reader, own, mesh.uuid, notes)
 
         def build(stream: Stream) -> None:
@@ -117,10 +129,18 @@ def _rewrite(source_path, target_path, part, profile, overwrite, label_changes, 
             with building(stream, target_path, source) as file:
                 copy_everything(source_path, source, file)
                 writer.remove_all(file, own)
+                if reader.schema == "S2":
+                    remove_vertex_attributes(writer, file.get("/" + reader.part))
                 group = part_group(writer, file, target_part)
-                if profile == "lvr2":
+                if profile in ("lvr2", "ros2"):
                     _clear_textures(writer, group)
-                PartWriter(writer, group, lvr2=profile == "lvr2").mesh(mesh)
+                if profile == "ros2":
+                    writer.remove_attribute(group, schema.SCHEMA_VERSION)
+                    Ros2PartWriter(writer, group).mesh(mesh)
+                else:
+                    PartWriter(writer, group, lvr2=profile == "lvr2").mesh(mesh)
+                if profile == "both":
+                    write_lvr2_part(writer, file, target_part, mesh)
                 _change_labels(writer, source, file, others)
                 carry_references(source, file, writer.moved, target_path)
             verify(target_path, stream, writer, target_part, names, source)
@@ -228,6 +248,18 @@ def _note_what_is_lost(source, reader, own, uuid, notes):
     stored = reader.stored_uuid
     if stored and stored != uuid:
         notes.append("the UUID %s is now that of the geometry, %s" % (stored, uuid))
+
+
+def _make_fit_for_map3d(mesh, part, notes):
+    """RViz's Map3D of ROS 2 ends where a mesh has nothing at its vertices."""
+    if mesh.vertex_normals is None and mesh.vertex_colors is None and not mesh.vertex_costs:
+        count = len(mesh.vertices)
+        none, all_of_them = np.zeros((count, 3), np.float32), np.ones(count, bool)
+        mesh.vertex_normals = mended_normals(none, all_of_them, mesh.vertices, mesh.faces)
+        notes.append("normals were added: RViz's Map3D of ROS 2 shows no mesh without")
+    if part != "mesh":
+        text = "RViz's Map3D of ROS 2 shows the part mesh alone, and this one is %s"
+        notes.append(text % (part or "the root"))
 
 
 def _clear_textures(writer, part):

@@ -24,7 +24,7 @@ MEMBERS = (
     *("vertex_normals", "vertex_colors", "texture_coordinates"),
     *("layer_names", "vertex_costs", "layer_parameters", "all_layer_parameters"),
     *("face_attribute_names", "face_attribute", "face_parameters"),
-    *("texture_indices", "texture", "materials", "features"),
+    *("texture_indices", "texture", "textures_form", "materials", "features"),
     *("label_names", "label", "labels"),
     *("frame_id", "origin", "crs", "source", "stored_uuid"),
     *("parts", "other_contents", "read"),

@@ -57,6 +57,7 @@ RESERVED = frozenset(ARRAYS) | {
 # (of fixed length)
 LVR2_ATTRIBUTES = {"IO": "MeshIO", "CLASS": "MeshBuffer"}
 SCHEMA_VERSION = "schema_version"  # int
+LVR2_PART_OF = "lvr2_part_of"  # of a part for LVR2 alone: the part that it was made of
 FRAME_ID = "frame_id"
 UUID = "uuid"
 SOURCE = "source"  # JSON object: provenance

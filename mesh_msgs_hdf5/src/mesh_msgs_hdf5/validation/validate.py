@@ -7,6 +7,7 @@ from mesh_msgs.identity import geometry_uuid
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.any_mesh import Members, is_map_file, open_members
 from mesh_msgs_hdf5.isolation import isolated
+from mesh_msgs_hdf5.map_file.writing.lvr2_part import lvr2_part_name
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, WARNING, MapFinding
 from mesh_msgs_hdf5.validation.validate_beside import check_journal, check_temporaries
@@ -67,6 +68,7 @@ def _validate_members(file: Members, form, progress) -> List[MapFinding]:
         if form == "HDF5":
             progress("checking the uuid")
             findings += _uuid(file, vertices, faces)
+            findings += _lvr2(file)
             findings += check_journal(file)
         progress("checking the faces")
         findings += check_topology(len(vertices), faces)
@@ -117,6 +119,16 @@ def _read_all(file: Members, findings, progress) -> Dict[str, Any]:
     findings += check_labels(labels, file.face_count)
     read("other contents", file.other_contents)
     return members
+
+
+def _lvr2(file: Members) -> List[MapFinding]:
+    """A note if LVR2's programs cannot read this part, and have none of their own beside it."""
+    if file.textures_form != "hdf5_map_io" or lvr2_part_name(file.part) in file.parts:
+        return []
+    text = "LVR2's MeshIO ends over textures and materials in this form: mesh_tool convert --for "
+    text += "lvr2 makes a file for it, in which hdf5_map_io finds no materials; --for both one for "
+    text += "both"
+    return [MapFinding("lvr2_textures", NOTE, "textures", text)]
 
 
 def _uuid(file: Members, vertices: np.ndarray, faces: np.ndarray) -> List[MapFinding]:

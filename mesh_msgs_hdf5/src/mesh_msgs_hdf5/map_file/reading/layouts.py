@@ -106,6 +106,7 @@ S2 = Layout(
     colors=("vertex_attributes/vertex_colors", "geometry/vertex_colors"),
     marker="geometry",
     layers=("vertex_attributes", "geometry"),
+    features="channels/texture_features",  # our own: there is no place for them in S2
     labels="labels",
     textures="textures",
     texture_coordinates=(
@@ -119,7 +120,7 @@ S2 = Layout(
     face_arrays=("geometry/face_normals", "geometry/face_colors"),
     structure=_HDF5_MAP_IO
     + ("vertex_attributes", "face_attributes", "edge_attributes", "cluster_attributes")
-    + ("materials",),
+    + ("channels", "channels/texture_features", "materials"),
 )
 MESH_IO = Layout(
     schema="meshes",

@@ -9,7 +9,13 @@ import h5py
 from mesh_msgs_hdf5.checks.check import checked_crs, checked_origin, from_json
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import GuardedGroup
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import attribute, row_attribute, text_attribute
-from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import child, children, is_group_of_this_file
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import (
+    address,
+    child,
+    children,
+    is_group_of_this_file,
+    reached,
+)
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_storage import declared_bytes
 from mesh_msgs_hdf5.map_file.reading.feature_reader import FeatureReader
 from mesh_msgs_hdf5.map_file.reading.geometry_reader import GeometryReader
@@ -208,7 +214,16 @@ class MapReader(
             names = self.tolerated(lambda: self.guarded.names(labels), [])
             groups += ["%s/%s" % (labels, name) for name in names]
         own.update(self._absolute(place) for place in groups if self.guarded.is_empty(place))
-        return own
+        return own | self._further_names()
+
+    def _further_names(self):
+        """Of normals and colors, for which S2 has two places, and which may be stored once."""
+        found = set()
+        for places in (self.layout.normals, self.layout.colors):
+            objects = {path: reached(self.file, path) for path in map(self._absolute, places)}
+            there = {path: address(what) for path, what in objects.items() if what is not None}
+            found.update(path for path in there if there[path] == next(iter(there.values())))
+        return found
 
     def _places(self):
         """Where all of the Mesh is but labels and features, of which there may be very many."""

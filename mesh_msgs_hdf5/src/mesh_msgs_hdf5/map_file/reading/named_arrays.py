@@ -135,6 +135,8 @@ class NamedArrayReader(PartReader):
                 "one row for each face",
             )
         values = self.guarded.values(found)
+        if self.layout.schema == "S2" and found.shape[1:] == (1,):
+            values = values.reshape(-1)  # LVR2 has no arrays of one dimension
         if values.dtype == np.float32 and values.size == self.face_count:
             values = self._sound_costs("face attribute %s" % name, values, "face")
         return checked_face_attribute(self.guarded.path, name, values, self.face_count)

@@ -8,7 +8,7 @@ import numpy as np
 from mesh_msgs_hdf5.checks.check import checked_image, checked_texture_coordinates
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import check_shape
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import attribute
-from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import is_group_of_this_file
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import exists, is_group_of_this_file
 from mesh_msgs_hdf5.map_file.reading.mending import mended_coordinates
 from mesh_msgs_hdf5.map_file.reading.part_reader import PartReader
 from mesh_msgs_hdf5.model import schema
@@ -27,6 +27,23 @@ class TextureReader(PartReader):
 
     vertex_count: int
     faces: np.ndarray
+
+    @property
+    def textures_form(self) -> str:
+        """Whose form textures and materials have: hdf5_map_io, lvr2, or "" where there are none.
+
+        LVR2's MeshIO cannot read a mesh with those of hdf5_map_io.
+        """
+        return self.tolerated(self._textures_form, "")
+
+    def _textures_form(self):
+        textures = self.layout.textures
+        group = self.guarded.subgroup(textures) if textures else None
+        if group is None:
+            return ""
+        if any(exists(group, name) for name in (schema.IMAGES, schema.MATERIALS)):
+            return "hdf5_map_io"
+        return "lvr2" if self._indices else ""
 
     def texture_places(self) -> List[str]:
         """Where texture coordinates and textures are."""

@@ -44,6 +44,7 @@ class ObjectWriter:
         self.changed: Set[Tuple[str, str]] = set()
         self._compression = compression
         self._arrays: Dict[str, np.ndarray] = {}
+        self._names: Dict[str, str] = {}  # a further name -> the one of the array
         self._attributes: Dict[Tuple[str, str], Any] = {}
 
     def group(self, parent: h5py.Group, name: str) -> h5py.Group:
@@ -67,6 +68,15 @@ class ObjectWriter:
         self.created.add(place)
         self._arrays[place] = values
         return stored
+
+    def further_name(self, stored: h5py.Dataset, group: h5py.Group, name: str) -> None:
+        """Let an array stand at a second place, too; it is stored once."""
+        if group.id.links.exists(name.encode("utf-8")):
+            self._make_room(group, name)
+        group[name] = stored
+        place = join(group, name)
+        self.created.add(place)
+        self._names[place] = stored.name
 
     def text(self, owner: Any, name: str, text: str) -> None:
         """Set an attribute: UTF-8 of fixed length.
@@ -120,6 +130,7 @@ class ObjectWriter:
         self.removed.add(place)
         self.created.discard(place)
         self._arrays.pop(place, None)
+        self._names.pop(place, None)
         return True
 
     def remove_all(self, file: h5py.File, places: Iterable[str]) -> None:
@@ -169,6 +180,9 @@ class ObjectWriter:
         """Refuse a file that does not hold exactly what was written."""
         for place, values in self._arrays.items():
             if not _holds(file[place], values):
+                raise not_the_same(self.path, place)
+        for place, other in self._names.items():
+            if file[place] != file[other]:
                 raise not_the_same(self.path, place)
         for (place, name), value in self._attributes.items():
             found = file[place].attrs[name]

@@ -27,17 +27,20 @@ class PartWriter:
 
     def mesh(self, mesh: Mesh) -> None:
         """Write everything."""
-        names = schema.GROUPS + ((LVR2_MATERIALS,) if self._lvr2 else ())
-        for name in names:
-            self._writer.group(self._part, name)
         for name, text in schema.LVR2_ATTRIBUTES.items():
             self._writer.attribute(self._part, name, text)
-        self._writer.attribute(self._part, schema.SCHEMA_VERSION, np.int32(schema.VERSION))
+        self._structure()
         self.header(mesh.frame_id, mesh.origin, mesh.crs, mesh.source)
         with ThreadPoolExecutor(1) as pool:  # the hash takes a sixth of the time of saving
             uuid = pool.submit(geometry_uuid, mesh.vertices, mesh.faces)
             self._members(mesh)
         self._writer.text(self._part, schema.UUID, uuid.result())
+
+    def _structure(self):
+        """The groups that readers look for, and what says which schema it is."""
+        for name in schema.GROUPS + ((LVR2_MATERIALS,) if self._lvr2 else ()):
+            self._group(name)
+        self._writer.attribute(self._part, schema.SCHEMA_VERSION, np.int32(schema.VERSION))
 
     def _members(self, mesh):
         for name, array in (
@@ -118,12 +121,15 @@ class PartWriter:
             group_name = free(labels, group_name)
         group = self._writer.group(labels, group_name)
         name = free(group, name)  # "grass" and "grass_" have the same path
-        stored = self._writer.array(group, name, label.faces, many=True)
+        stored = self._writer.array(group, name, self._label_faces(label), many=True)
         if join_label(group_name, name) != text:
             self._writer.text(stored, TEXT, text)
         if label.color is not None:
             color = np.array(label.color, dtype=np.uint8)
             self._writer.attribute(stored, schema.LABEL_COLOR, color)
+
+    def _label_faces(self, label):
+        return label.faces
 
     def features(self, features: Features) -> None:
         """Write all features, each a dataset."""

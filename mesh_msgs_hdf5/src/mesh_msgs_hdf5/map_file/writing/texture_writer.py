@@ -39,12 +39,17 @@ def has_lvr2_form(part: h5py.Group) -> bool:
 
 
 class TextureWriter:
-    """Writes into one part; lvr2: in which form."""
+    """Writes into one part. lvr2: in which form; channels: the group that LVR2 has for vertices and
+    faces.
+    """
 
-    def __init__(self, writer: ObjectWriter, part: h5py.Group, lvr2: bool) -> None:
+    def __init__(
+        self, writer: ObjectWriter, part: h5py.Group, lvr2: bool, channels: str = schema.CHANNELS
+    ) -> None:
         self._writer = writer
         self._part = part
         self._lvr2 = lvr2
+        self._channels = channels
 
     def textures(self, images: Dict[int, np.ndarray]) -> None:
         """Add images (height, width, channels) uint8; the places must be free."""
@@ -71,7 +76,7 @@ class TextureWriter:
     def coordinates(self, uv: np.ndarray) -> None:
         """Write (V, 2) float32."""
         if self._lvr2:
-            self._writer.array(self._group(schema.CHANNELS), LVR2_COORDINATES, uv)
+            self._writer.array(self._group(self._channels), LVR2_COORDINATES, uv)
         else:
             uvw = np.zeros((len(uv), 3), dtype=np.float32)
             uvw[:, :2] = uv
@@ -81,7 +86,7 @@ class TextureWriter:
     def remove_coordinates(self) -> None:
         """Remove them, in whichever form they are."""
         self._remove(schema.TEXTURES, schema.TEXTURE_COORDINATES)
-        self._remove(schema.CHANNELS, LVR2_COORDINATES)
+        self._remove(self._channels, LVR2_COORDINATES)
 
     def materials(self, materials: Materials) -> None:
         """Write them; the places must be free."""
@@ -91,7 +96,7 @@ class TextureWriter:
             self._writer.array(group, LVR2_TEXTURES, indices)
             self._writer.array(group, LVR2_COLORS, colors.astype("<i2"))
             faces = materials.face_materials.reshape(-1, 1)
-            self._writer.array(self._group(schema.CHANNELS), LVR2_FACE_MATERIALS, faces)
+            self._writer.array(self._group(self._channels), LVR2_FACE_MATERIALS, faces)
         else:
             table = np.zeros(len(colors), dtype=schema.MATERIAL_DTYPE)
             table["textureIndex"] = indices
@@ -106,7 +111,7 @@ class TextureWriter:
             self._remove(schema.TEXTURES, name)
         for name in (LVR2_TEXTURES, LVR2_COLORS):
             self._remove(LVR2_MATERIALS, name)
-        self._remove(schema.CHANNELS, LVR2_FACE_MATERIALS)
+        self._remove(self._channels, LVR2_FACE_MATERIALS)
 
     def _group(self, name):
         return self._writer.group(self._part, name)
