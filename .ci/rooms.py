@@ -45,7 +45,7 @@ CPP = {
 PYTHON = {
     "example_mesh_layer": [{""}],
     "mesh_map": [
-        {"ros"},
+        {"commands", "ros"},
         {"io", "layers"},
         {"map"},
         {"costs", "distance"},
@@ -69,7 +69,7 @@ PYTHON = {
         {"map_file/writing"},
         {"formats/dae", "formats/gltf", "formats/obj", "formats/ply", "map_file/reading"},
         {"formats/base", "map_file/hdf5"},
-        {"checks", "files", "processes", "rendering"},
+        {"checks", "files", "processes", "rendering", "verbs"},
         {"", "model"},
     ],
     "mesh_navigation": [

@@ -22,17 +22,12 @@ import contextvars
 import functools
 import importlib
 import logging
-import os
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
-from xml.etree import ElementTree
 
-import rospkg
+from mesh_msgs.package_exports import exported_files, exporting_packages, read_description
 from mesh_msgs.text import one_line
-from rospkg.manifest import parse_manifest_file
 
 from mesh_map.base.errors import PLUGIN_FAILURES, PluginError, UnknownPluginError
-
-_MAX_BYTES = 1 << 20  # of an XML file; anything larger is no plugin description
 
 Scan = Callable[[str, str], Any]
 
@@ -91,6 +86,11 @@ def find_class(package: str, base_class_type: str, type_name: str) -> type:
     return found
 
 
+def plugin_names(package: str, base_class_type: str) -> List[str]:
+    """The names of all plugins that find_class() finds, in alphabetical order."""
+    return sorted((_SCANS.get() or _scan)(package, base_class_type)[0])
+
+
 @contextlib.contextmanager
 def scanned_once() -> Iterator[None]:
     """Within, packages are looked through once, however many plugins this context asks for.
@@ -110,11 +110,11 @@ def scanned_once() -> Iterator[None]:
 def _scan(package: str, base_class_type: str) -> Tuple[Dict[str, Plugin], List[str]]:
     """The plugins, and one line for each description that cannot be used, which is logged once."""
     plugins: Dict[str, Plugin] = {}
-    folders, problems = _packages(package)
+    folders, unreadable = exporting_packages(package)
+    problems = [_left_out(*one) for one in unreadable]
     for name in sorted(folders, key=lambda name: (name != package, name)):
         try:
-            manifest = parse_manifest_file(folders[name], rospkg.MANIFEST_FILE)
-            paths = manifest.get_export(package, "plugin")
+            paths = exported_files(folders[name], package, "plugin")
             found = [plugin for path in paths for plugin in _read(path, name, base_class_type)]
         except Exception as error:  # a stranger's package.xml may bring out anything
             problems.append(_left_out(folders[name], error))
@@ -133,66 +133,13 @@ def _scan(package: str, base_class_type: str) -> Tuple[Dict[str, Plugin], List[s
     return plugins, problems
 
 
-def _packages(tag: str) -> Tuple[Dict[str, str], List[str]]:
-    """Name -> folder of the packages that export something under this tag, and what is wrong with
-    others that would; of packages of one name the first on ROS_PACKAGE_PATH counts.
-    """
-    folders: Dict[str, str] = {}
-    hidden = set()
-    problems = []
-    for folder in _folders():
-        text = b""
-        try:
-            with open(os.path.join(folder, rospkg.common.PACKAGE_FILE), "rb") as file:
-                text = file.read(_MAX_BYTES)
-            root = ElementTree.fromstring(text)
-            name = root.findtext("name", "").strip()
-            if not name:
-                raise PluginError("it has no name")
-        except Exception as error:  # as above
-            if b"<" + tag.encode() in text:
-                problems.append(_left_out(folder, error))
-            continue
-        if name not in hidden and root.find("export/" + tag) is not None:
-            folders[name] = folder
-        hidden.add(name)
-    return folders, problems
-
-
-def _folders() -> Iterator[str]:
-    """Folders with a package.xml, found where rospkg finds them; its own list fails altogether at
-    the first one that is no XML.
-    """
-    for path in rospkg.get_ros_paths():
-        for folder, inner, files in os.walk(os.path.abspath(path), followlinks=True):
-            is_ignored = "CATKIN_IGNORE" in files
-            is_package = rospkg.common.PACKAGE_FILE in files and not is_ignored
-            if is_package:
-                yield folder
-            ends = {rospkg.MANIFEST_FILE, "rospack_nosubdirs"}.intersection(files)
-            if is_ignored or is_package or ends or folder.startswith("/usr/share/"):
-                inner.clear()
-            inner[:] = [name for name in inner if not name.startswith(".")]
-
-
 def _left_out(folder: str, error: Exception) -> str:
     return "plugins of package %s are left out: %s" % (folder, one_line(error))
 
 
 def _read(path: str, package: str, base_class_type: str) -> List[Plugin]:
-    with open(path, "rb") as file:
-        text = file.read(_MAX_BYTES + 1)
-    if len(text) > _MAX_BYTES:
-        raise PluginError("%s is larger than 1 MB" % path)
-    if b"<!" in text.replace(b"<!--", b""):
-        # Entities can refer to other files and grow without bounds; a description needs none.
-        raise PluginError("%s has a document type or CDATA, which is not allowed" % path)
-    try:
-        root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise PluginError("%s is no XML: %s" % (path, error)) from error
     plugins = []
-    for element in root.iter("class"):
+    for element in read_description(path).iter("class"):
         if element.get("base_class_type") != base_class_type:
             continue
         type_path = element.get("type", "")

@@ -2,8 +2,11 @@
 
 import difflib
 import logging
+import os
 from dataclasses import dataclass
-from typing import Any, List, Mapping, Optional, Tuple
+from typing import Any, List, Mapping, Optional, Tuple, Union
+
+import yaml
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter, checked_values
@@ -84,6 +87,27 @@ def map_parameters(values: Any) -> MapParameters:
         layers,
         {p.name: checked[p.name] for p in GEOMETRY_PARAMETERS},
     )
+
+
+def parameters_in_file(path: Union[str, "os.PathLike[str]"]) -> Mapping[str, Any]:
+    """What a YAML file with a list of layers says: what a node has as its parameters.
+
+    Raises:
+        MeshMapError: it cannot be read, or has no layers.
+    """
+    try:
+        with open(path, encoding="utf-8") as file:
+            content = yaml.safe_load(file)
+    except OSError as error:
+        raise MeshMapError("%s: %s" % (os.fspath(path), error.strerror)) from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise MeshMapError("%s is no YAML: %s" % (os.fspath(path), error)) from error
+    if not isinstance(content, Mapping) or "layers" not in content:
+        raise MeshMapError(
+            "%s has no list of layers" % os.fspath(path),
+            "config/mesh_map.yaml of mesh_navigation is an example",
+        )
+    return content
 
 
 def _misspelled(values: Mapping[str, Any]) -> List[str]:

@@ -202,6 +202,13 @@ class MapSource:
             _LOG.info("layer %s is computed anew: %s", name, _difference(stored[name], wanted))
         return None
 
+    def is_stored(self, layer: Layer) -> bool:
+        """Whether the file has this layer under its name, computed as it was."""
+        if self._derived is not None:
+            return False
+        stored = self._stored_parameters().get(layer.name)
+        return stored is not None and stored == self._storable(_identity(layer))
+
     def _stored_parameters(self) -> Dict[str, Dict[str, Any]]:
         """Layer name -> parameters, as they are in the file now."""
         now = stamp(self.path)

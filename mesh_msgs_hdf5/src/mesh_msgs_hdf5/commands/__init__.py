@@ -1,4 +1,5 @@
-"""The verbs of mesh_tool, one module each; what they share is in _common.py.
+"""The verbs of mesh_tool, one module each; what they share is in _common.py. Other packages may
+export more (see verbs.exported_verbs).
 
 Each has NAME, HELP, EXAMPLE, add_arguments(parser), run(arguments) -> exit code. It may have
 ACTIONS, the words that may come behind the verb (the first of them is meant if none does), and
@@ -24,6 +25,13 @@ VERBS: Dict[str, str] = {
     "repack": "repack",
     "render": "render",
     "completion": "completion",
+}
+# of verbs that packages of this repository export (see verbs.exported_verbs): where they come from
+ELSEWHERE: Dict[str, str] = {
+    "layers compute": "mesh_map",
+    "refine": "mesh_map",
+    "crop": "mesh_map",
+    "merge": "mesh_map",
 }
 
 

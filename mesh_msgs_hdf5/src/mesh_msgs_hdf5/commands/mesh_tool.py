@@ -5,19 +5,24 @@ if the meshes differ, 2 for trouble, as cmp and diff have it.
 """
 import argparse
 import difflib
+import importlib
 import os
 import re
 import sys
-from typing import Iterable, List, Optional, Set
+import traceback
+from functools import partial
+from typing import Callable, Dict, Iterable, List, NoReturn, Optional, Set, Tuple
 
 from mesh_msgs.text import one_line
-from mesh_msgs_hdf5.commands import VERBS, command, completion
+from mesh_msgs_hdf5.commands import ELSEWHERE, VERBS, command, completion
 from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.verbs.exported_verb import ExportedVerb
 
 PROGRAM = "mesh_tool"
 VERSION = "0.1.0"
 _HELP = ("-h", "--help")
 _NAME = "--\0"  # stands for a -- that is a name; no argument has a NUL
+_WORD = re.compile(r"[a-z][a-z0-9-]*")
 _CODES = "exit codes: 0 done, 1 it could not be done, 2 wrong usage"
 
 
@@ -56,8 +61,16 @@ def _say(text):
     print("%s: error: %s" % (PROGRAM, one_line(text)), file=sys.stderr)
 
 
-def make_parser(verbs: Iterable[str] = tuple(VERBS)) -> argparse.ArgumentParser:
-    """The argument parser with a subparser for each of these verbs."""
+def make_parser(
+    verbs: Iterable[str] = tuple(VERBS),
+    exported: Iterable[ExportedVerb] = (),
+    loaded: str = "",
+) -> argparse.ArgumentParser:
+    """The argument parser with a subparser for each of these verbs.
+
+    exported: verbs of other packages, too, with their help alone; loaded: which of them with its
+    arguments.
+    """
     parser = _Parser(
         prog=PROGRAM,
         description="Mesh maps in HDF5 files. Needs no roscore.",
@@ -77,20 +90,124 @@ def make_parser(verbs: Iterable[str] = tuple(VERBS)) -> argparse.ArgumentParser:
         )
         module.add_arguments(subparser)
         subparser.set_defaults(run=module.run, trouble=getattr(module, "TROUBLE", 1))
+    for one in exported:
+        first, _, action = one.name.partition(" ")
+        if not action:
+            subparser = subparsers.add_parser(first, help=one.help)
+        elif first in subparsers.choices:
+            inner = subparsers.choices[first]._actions
+            below = next(each for each in inner if isinstance(each, argparse._SubParsersAction))
+            subparser = below.add_parser(action, help=one.help)
+        else:
+            continue
+        if one.name == loaded:
+            importlib.import_module(one.module).add_arguments(subparser)
     return parser
 
 
-def full_arguments(argv: List[str]) -> List[str]:
-    """The arguments with the action that is meant where a verb has some and none is given."""
+def _actions(verb: str) -> Tuple[str, ...]:
+    """The actions of a verb of ours; none where it has none, or is no verb."""
+    return getattr(command(verb), "ACTIONS", ()) if verb in VERBS else ()
+
+
+def _name_fault(name: str) -> str:
+    """Why an exported verb cannot have a name; "" if it can."""
+    first, _, action = name.partition(" ")
+    if name in VERBS or action in _actions(first):
+        return "mesh_tool has a verb of this name"
+    if action and not _actions(first):
+        return "mesh_tool has no verb %s with actions" % first
+    return ""
+
+
+def _exported(argv: List[str]) -> Tuple[Dict[str, ExportedVerb], List[str]]:
+    """The verbs of other packages, and what is wrong with exports; none where all that can be meant
+    is a verb of ours: looking for packages takes a moment.
+    """
+    first = argv[0] if argv else "--help"
+    if first in VERBS:
+        actions = _actions(first)
+        words = [word for word in argv[1:2] if word in _HELP or _WORD.fullmatch(word)]
+        is_ours = not actions or not words or words[0] in actions
+    else:
+        is_ours = first.startswith("-") and first not in _HELP
+    if is_ours:
+        return {}, []
+    from mesh_msgs_hdf5.verbs.exported_verbs import exported_verbs
+
+    return exported_verbs(_name_fault)
+
+
+def _named(argv: List[str], names: Iterable[str]) -> str:
+    """Which of these names of verbs the arguments begin with; "" for none."""
+    known = set(names)
+    return next((name for name in (" ".join(argv[:2]), *argv[:1]) if name in known), "")
+
+
+def _run_elsewhere(verb: ExportedVerb, argv: List[str]) -> int:
+    """Run a verb of another package."""
+    from mesh_msgs_hdf5.verbs.verb_process import run_verb
+
+    sys.stdout.flush()
+    code, crash = run_verb(verb, argv[len(verb.name.split()) :])
+    if crash:
+        _say(crash)
+    return code
+
+
+def run_exported(verb: List[str], argv: List[str], parent: int) -> int:
+    """In a process of its own: run a verb of another package; returns the exit code.
+
+    verb: the members of an ExportedVerb; parent: the process of mesh_tool.
+    """
+    from mesh_msgs_hdf5.verbs.verb_process import prepare_process
+
+    prepare_process(parent)
+    _escape_in_streams()
+    name, module, package, _ = verb
+    what = "verb %s of package %s" % (name, package)
+
+    def parse() -> argparse.Namespace:
+        try:
+            found = importlib.import_module(module)
+            example = "example: rosrun mesh_msgs_hdf5 " + found.EXAMPLE
+            parser = _Parser(prog="%s %s" % (PROGRAM, name), description=found.HELP, epilog=example)
+            found.add_arguments(parser)
+            parser.set_defaults(run=found.run, trouble=getattr(found, "TROUBLE", 1))
+        except Exception as error:  # a stranger's code may bring out anything
+            text = "%s cannot be loaded: %s: %s" % (what, type(error).__name__, error)
+            _end(text + " (is the package built, and its workspace sourced?)", 1)
+        return _parsed(parser, argv)
+
+    try:
+        return _guarded(parse)
+    except Exception as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        place = "%s, line %d" % (last.filename, last.lineno)
+        _say("%s failed: %s: %s (%s)" % (what, type(error).__name__, error, place))
+        return 1
+
+
+def _end(text: str, code: int) -> NoReturn:
+    _say(text)
+    sys.exit(code)
+
+
+def full_arguments(argv: List[str], exported: Iterable[str] = ()) -> List[str]:
+    """The arguments with the action that is meant where a verb has some and none is given.
+
+    exported: verbs of other packages, which may be actions.
+    """
     verb = next((i for i, word in enumerate(argv) if not word.startswith("-")), None)
     if verb is None or argv[verb] not in VERBS:
         return argv
-    actions = getattr(command(argv[verb]), "ACTIONS", ())
+    actions = _actions(argv[verb])
     behind = argv[verb + 1 : verb + 2]
     if not actions or behind and behind[0] in (*actions, *_HELP):
         return argv
     if behind and len(argv) > verb + 2 and not os.path.exists(behind[0]):
-        _suggest("action", behind[0], actions)
+        others = [name.partition(" ")[2] for name in exported if name.startswith(argv[verb] + " ")]
+        _suggest("action", behind[0], [*actions, *others])
     return argv[: verb + 1] + [actions[0]] + argv[verb + 1 :]
 
 
@@ -119,24 +236,49 @@ def _verb(argv):
     return next((word for word in argv if not word.startswith("-")), None)
 
 
-def _parser_for(argv):
-    """A parser that knows the verb alone, if there is one: the others need not be loaded."""
-    verb = _verb(argv)
-    return make_parser([verb] if verb in VERBS else VERBS)
-
-
 def _parse(argv):
     verb = _verb(argv)
+    exported, problems = _exported(argv)
+    name = _named(argv, exported)
+    if name:
+        run = partial(_run_elsewhere, exported[name])
+        return argparse.Namespace(trouble=1, run=lambda _: run(argv))
+    _say_problems(problems)
+    missing = _named(argv, ELSEWHERE)
+    if missing:
+        text = "verb %s comes with package %s, which is not built, or its workspace is not sourced"
+        _end(text % (missing, ELSEWHERE[missing]), 1)
     if verb is not None and verb not in VERBS:
-        _suggest("verb", verb, VERBS, always=True)
-    parser = _parser_for(argv)
-    arguments, rest = parser.parse_known_args(full_arguments(_with_negative_values(argv)))
+        _suggest("verb", verb, [*VERBS, *exported], always=True)
+    parser = make_parser([verb] if verb in VERBS else VERBS, exported.values())
+    return _parsed(parser, full_arguments(argv, exported))
+
+
+def _parsed(parser, argv):
+    arguments, rest = parser.parse_known_args(_with_negative_values(argv))
     for word in rest:
         if word.startswith("-"):
             _suggest("option", word.split("=")[0], sorted(options_of(parser)))
     if rest:
         parser.error("unrecognized arguments: %s" % " ".join(rest))
     return arguments
+
+
+def _say_problems(problems):
+    for text in problems:
+        print("%s: warning: %s" % (PROGRAM, one_line(text)), file=sys.stderr)
+
+
+def _complete() -> NoReturn:
+    """Tell the shell what could come next, and end the process."""
+    argv = completion.words()
+    exported, _ = _exported([*argv, "--help"])  # all that may come next is looked for
+    verb, name = _verb(argv), _named(argv, exported)
+    ours = [verb] if verb in VERBS else [] if name else VERBS
+    try:
+        completion.answer(make_parser(ours, exported.values(), name))
+    except Exception:  # of a stranger's verb: there is nothing to offer
+        sys.exit(1)
 
 
 def options_of(parser: argparse.ArgumentParser) -> Set[str]:
@@ -164,21 +306,33 @@ def _open_streams():
             setattr(sys, name, open(number, "w", encoding="utf-8", closefd=False))
 
 
+def _escape_in_streams():
+    """What the locale has no characters for is escaped."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def main(argv: Optional[List[str]] = None) -> int:
     """Run the command; returns the exit code."""
     _open_streams()
-    for stream in (sys.stdout, sys.stderr):  # what the locale has no characters for is escaped
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
-    trouble = 1
+    _escape_in_streams()
     if completion.wanted():
-        completion.answer(_parser_for(completion.words()))
+        _complete()
     argv = list(sys.argv[1:] if argv is None else argv)
+    if argv:
+        return _guarded(partial(_parse, argv))
+    exported, problems = _exported(argv)
+    _say_problems(problems)
+    make_parser(exported=exported.values()).print_help()
+    return 2
+
+
+def _guarded(parse: Callable[[], argparse.Namespace]) -> int:
+    """Run what the arguments say; returns the exit code, and says in one line what went wrong."""
+    trouble = 1
     try:
-        if not argv:
-            make_parser().print_help()
-            return 2
-        arguments = _parse(argv)
+        arguments = parse()
         trouble = arguments.trouble
         code = arguments.run(arguments)
         sys.stdout.flush()

@@ -4,12 +4,10 @@ import logging
 import os
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
-import yaml
-
 from mesh_map.base.errors import MeshMapError
 from mesh_map.costs.settings import SETTINGS
 from mesh_map.geometry.coordinates import checked_origin
-from mesh_map.io.map_parameters import map_parameters
+from mesh_map.io.map_parameters import map_parameters, parameters_in_file
 from mesh_map.io.map_source import MapSource
 from mesh_map.map.coarse_edges import coarse_remark
 from mesh_map.map.mesh_map import MeshMap
@@ -81,22 +79,6 @@ def _configuration(layers: Any) -> Mapping[str, Any]:
     if isinstance(layers, Mapping):
         return layers
     if isinstance(layers, (str, os.PathLike)):
-        return _from_yaml(layers)
+        return parameters_in_file(layers)
     text = f"layers is {layers!r}, neither a file nor a mapping"
     raise MeshMapError(text, "{'layers': [{'name': ..., 'type': ...}]} is one")
-
-
-def _from_yaml(path: Union[str, "os.PathLike[str]"]) -> Mapping[str, Any]:
-    try:
-        with open(path, encoding="utf-8") as file:
-            content = yaml.safe_load(file)
-    except OSError as error:
-        raise MeshMapError(f"{os.fspath(path)}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise MeshMapError(f"{os.fspath(path)} is no YAML: {error}") from error
-    if not isinstance(content, Mapping) or "layers" not in content:
-        raise MeshMapError(
-            f"{os.fspath(path)} has no list of layers",
-            "config/mesh_map.yaml of mesh_navigation is an example",
-        )
-    return content

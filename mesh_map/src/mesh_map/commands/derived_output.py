@@ -1,0 +1,50 @@
+"""A mesh that was derived of another one, saved with all that belongs to it."""
+
+import argparse
+from typing import Any, List, Mapping
+
+from mesh_msgs.derived_mesh import DerivedMesh
+from mesh_msgs_hdf5.commands._common import add_part, say
+from mesh_msgs_hdf5.commands.map_output import (
+    add_map_output,
+    check_map_output,
+    save_map,
+    saved_line,
+    saved_value,
+)
+from mesh_msgs_hdf5.model.carried_mesh import carried_mesh
+from mesh_msgs_hdf5.model.mesh import Mesh
+
+
+def add_in_and_out(parser: argparse.ArgumentParser) -> None:
+    """The arguments IN and OUT.h5, and the options of verbs that make a map file of a mesh."""
+    parser.add_argument("input", metavar="IN", help="a map file, or any mesh that import reads")
+    parser.add_argument("output", metavar="OUT.h5", help="the map file to make")
+    add_part(parser, "IN, if it is a map with several")
+    add_map_output(parser)
+
+
+def check_in_and_out(arguments: argparse.Namespace) -> None:
+    """Refuse early what cannot be saved; IN may be OUT.h5 where a mesh of it is to be made."""
+    check_map_output(arguments, None if arguments.to_part is not None else arguments.input)
+
+
+def carried(mesh: Mesh, derived: DerivedMesh, kind: str, parameters: Mapping[str, Any]) -> Mesh:
+    """All that a mesh has, on one that was derived of it; its source says how that was made."""
+    result = carried_mesh(mesh, derived)
+    result.source = {
+        "derived": kind,
+        "parameters": dict(parameters),
+        "parent_uuid": derived.parent_uuid,
+        "before": mesh.source,
+    }
+    return result
+
+
+def saved(arguments: argparse.Namespace, mesh: Mesh, notes: List[str], head: str) -> int:
+    """Save the mesh, and say so; returns the exit code. head: what was done, for people."""
+    notes = notes + save_map(arguments, mesh)
+    value = {"input": arguments.input, "notes": notes, **saved_value(arguments, mesh)}
+    lines = [head, *("  note: " + note for note in notes), saved_line(value)]
+    say(arguments, value, lines)
+    return 0
