@@ -4,7 +4,6 @@ import re
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
-from mesh_msgs.checks.rounding import is_too_much
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
 from mesh_map.base.errors import MeshMapError
@@ -12,6 +11,8 @@ from mesh_map.geometry.mesh_geometry import MeshGeometry
 
 # Of faces, and vertices, that have no color where others have.
 _WHITE, _GRAY = 255, 191
+# Rounding by more than the first (m), and than this part of the median edge, is refused.
+_NOTICED, _LARGEST_PART = 1e-5, 0.1
 _INSTANCE = re.compile(r"(.*_)(\d+)", re.DOTALL)
 
 
@@ -82,14 +83,22 @@ def _placed(meshes: Sequence[NamedMesh]) -> Tuple[np.ndarray, List[np.ndarray]]:
         exact = each.mesh.vertices.astype(np.float64) + shift
         parts.append(exact.astype(np.float32))
         lost = max(lost, float(np.abs(parts[-1] - exact).max(initial=0.0)))
-    vertices = np.concatenate(parts)
-    if is_too_much(lost, vertices):
+    if lost > max(_NOTICED, _LARGEST_PART * float(np.median(_lengths(meshes)))):
         raise MeshMapError(
             "float32 would change coordinates by up to %.3g m so far from the origin of %s"
             % (lost, meshes[0].name),
             "give them origins near each other: mesh_tool import --origin",
         )
-    return vertices, shifts
+    return np.concatenate(parts), shifts
+
+
+def _lengths(meshes: Sequence[NamedMesh]) -> np.ndarray:
+    """Meters, of the edges of all faces."""
+    found = []
+    for each in meshes:
+        corners = each.mesh.vertices[each.mesh.faces].astype(np.float64)
+        found.append(np.linalg.norm(np.roll(corners, -1, 1) - corners, axis=2).ravel())
+    return np.concatenate(found)
 
 
 def _filled(

@@ -11,6 +11,7 @@ from mesh_msgs_hdf5.commands.map_output import (
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.formats.any_mesh import is_map_file
+from mesh_msgs_hdf5.formats.base.movement import parsed_matrix
 from mesh_msgs_hdf5.formats.base.options import AUTO, NEEDED
 from mesh_msgs_hdf5.labels.map_contents import read_map
 from mesh_msgs_hdf5.model.schema import check_frame_id
@@ -19,6 +20,7 @@ NAME = "import"
 HELP = "make a map file (.h5) of a mesh (.ply .obj .stl .off .dae .glb .gltf .h5)"
 EXAMPLE = "mesh_tool import garden.ply garden.h5 --frame map --origin auto"
 _EXACT = 0.0
+_MOST_TEXT = 1 << 16  # of a file with a matrix
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +32,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     more = " (default: auto where float32 would round by more than a tenth of the median edge)"
     add("--origin", metavar="auto|X,Y,Z", type=_origin, help=text + more)
     add("--crs", metavar="NAME", help="coordinate reference system of IN, for example EPSG:25832")
+    text = "the axis that points up in IN (default: what its format says, else z)"
+    add("--up", choices=("y", "z"), help=text)
+    text = "what the unit of IN is in meters, such as 0.001, where its format does not say it"
+    add("--scale", type=_scale, metavar="S", help=text)
+    text = "move the mesh, after that, by a matrix: 16 numbers, or a file with them, row by row"
+    add("--transform", metavar="4x4", type=_matrix, help=text)
     text = "give vertices with several texture coordinates or normals a copy for each"
     add("--split-seams", action="store_true", help=text)
     add(
@@ -62,6 +70,28 @@ def _tolerance(text):
     return value
 
 
+def _scale(text):
+    value = float(text)
+    if not 0 < value < 1e12:
+        raise ValueError(text)
+    return value
+
+
+def _matrix(text):
+    matrix = parsed_matrix(text)
+    if matrix is None:
+        try:
+            with open(text, encoding="utf-8") as stream:
+                matrix = parsed_matrix(stream.read(_MOST_TEXT))
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, "strerror", None) or "it is no text"
+            raise argparse.ArgumentTypeError("%s: %s" % (text, reason)) from error
+    if matrix is None:
+        raise argparse.ArgumentTypeError("%s: it has not 16 numbers and nothing else" % text)
+    return tuple(matrix.reshape(-1).tolist())
+
+
+_scale.__name__, _matrix.__name__ = "scale", "matrix (16 numbers)"
 _origin.__name__, _tolerance.__name__ = "origin (auto, or X,Y,Z)", "tolerance in meters"
 
 
@@ -81,6 +111,9 @@ def run(arguments: argparse.Namespace) -> int:
             split_seams=arguments.split_seams,
             merge_vertices=arguments.merge_vertices,
             repair=arguments.repair,
+            up=arguments.up,
+            scale=arguments.scale,
+            transform=arguments.transform,
         )
         mesh.frame_id = arguments.frame or mesh.frame_id
         mesh.crs = mesh.crs if arguments.crs is None else arguments.crs

@@ -11,7 +11,8 @@ from mesh_msgs.checks.rounding import is_too_much
 from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
-from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed
+from mesh_msgs_hdf5.formats.base.movement import move_rest, stated_up
+from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed, told_up
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.merge import merge_vertices
 from mesh_msgs_hdf5.formats.repair import repair
@@ -108,8 +109,8 @@ def read_mesh(
     The content decides where it can, else the suffix. PLY, OBJ and OFF keep the order and number of
     vertices; STL, DAE and glTF are welded, except for glTF that this package wrote. part: which
     mesh of a map file. label_changes: of its labels, as in an Edit (labels.map_contents.read_map
-    has those of the journal). options: origin, split_seams, merge_vertices, repair, see
-    formats.options. Every face index and coordinate is checked. Raises MapFileError.
+    has those of the journal). options: origin, split_seams, merge_vertices, repair, up,
+    scale, transform, see formats.base.options. Every face index and coordinate is checked. Raises MapFileError.
     """
     path = os.fsdecode(path)
     chosen = checked_options(path, **options)
@@ -126,7 +127,7 @@ def read_mesh(
         if kind == "h5":
             mesh = _from_map(path, part, label_changes, chosen, report)
         else:
-            mesh = _from_format(path, FORMATS[kind][1], chosen, report)
+            mesh = _from_format(path, kind, chosen, report)
     except MemoryError as error:
         raise MapFileError("size", path, "there is not enough memory to read it", "") from error
     report.count(mesh)
@@ -155,9 +156,12 @@ def too_much_rounded(path: PathLike, change: float) -> MapFileError:
     )
 
 
-def _from_format(path, read, options, report):
+def _from_format(path, kind, options, report):
     data = read_file(path)
-    mesh = read(path, data, options, report)
+    options = told_up(path, options, stated_up(kind, data), report.format)
+    mesh = FORMATS[kind][1](path, data, options, report)
+    if options.matrix is not None:
+        move_rest(mesh, options.matrix, mesh.origin, report)
     mesh = _mended(path, mesh, options, report)
     mesh.source = _provenance(path, data, mesh.source, options, report)
     return checked_mesh(path, mesh)
@@ -203,10 +207,13 @@ def _from_map(path, part, label_changes, options, report):
         report.note("left out: %d other objects of the file (%s)", len(others), shown)
     if not options.recorded():
         return mesh
-    if "origin" in options.recorded():
+    before = mesh.origin
+    if "origin" in options.recorded() or options.matrix is not None:
         mesh.vertices, mesh.origin = placed(
             path, mesh.vertices, "vertex", options, report, tuple(mesh.origin)
         )
+    if options.matrix is not None:
+        move_rest(mesh, options.matrix, before, report)
     # what was read is checked already; merging and repairing keep it sound
     mesh = _mended(path, mesh, options, report)
     mesh.source = dict(mesh.source, options=options.recorded())

@@ -1,11 +1,12 @@
 """What a user may ask of an import, and where the mesh is put: float32 near an origin."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Callable, Dict, Optional, Tuple, Union
 
 import numpy as np
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.exact import narrowed
+from mesh_msgs_hdf5.formats.base.movement import Y_TO_Z_UP, matrix_fault, moved_positions
 from mesh_msgs_hdf5.formats.base.report import ImportReport, is_noticed, note_rounding
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
@@ -27,19 +28,41 @@ class Options:
     merge_vertices: None, or the distance in meters up to which vertices become one (0: exactly the
         same position).
     repair: drop or mend what makes trouble (see repair.py).
+    up: "y" or "z", the axis that points up in the file; "" what its format says, else z.
+    scale: what the file's unit is in meters, where its format does not say it; above 0.
+    transform: None, or 4 x 4 numbers row by row, which move the mesh after all that.
     """
 
     origin: Union[None, str, Origin] = None
     split_seams: bool = False
     merge_vertices: Optional[float] = None
     repair: bool = False
+    up: str = ""
+    scale: float = 1.0
+    transform: Optional[Tuple[float, ...]] = None
+
+    @property
+    def matrix(self) -> Optional[np.ndarray]:
+        """(4, 4) by which coordinates are moved that have z up where the format says it; or None."""
+        if self.up != "y" and self.scale == 1 and self.transform is None:
+            return None
+        matrix = np.diag([self.scale, self.scale, self.scale, 1.0])
+        if self.up == "y":
+            matrix = matrix @ Y_TO_Z_UP
+        if self.transform is not None:
+            matrix = np.reshape(self.transform, (4, 4)) @ matrix
+        return matrix
 
     def recorded(self) -> Dict[str, Any]:
         """Those that are not the default."""
         names = ("origin", "split_seams", "merge_vertices", "repair")
         values = {name: getattr(self, name) for name in names}
         left_alone = (None, False, NEEDED)
-        return {k: v for k, v in values.items() if not any(v is other for other in left_alone)}
+        found = {k: v for k, v in values.items() if not any(v is other for other in left_alone)}
+        for name, usual in (("up", ""), ("scale", 1.0), ("transform", None)):
+            if getattr(self, name) != usual:
+                found[name] = getattr(self, name)
+        return found
 
 
 def checked_options(path: PathLike, **values: Any) -> Options:
@@ -76,7 +99,40 @@ def checked_options(path: PathLike, **values: Any) -> Options:
         bool(values.get("split_seams", False)),
         tolerance,
         bool(values.get("repair", False)),
+        *_checked_movement(path, values),
     )
+
+
+def _checked_movement(path, values):
+    """up, scale and transform."""
+    up, scale, transform = values.get("up") or "", values.get("scale"), values.get("transform")
+    if up not in ("", "y", "z"):
+        raise MapFileError("value", path, "up is %s" % one_line(repr(up))[:80], "y or z")
+    scale = 1.0 if scale is None else scale
+    if not (isinstance(scale, (int, float)) and 0 < scale < np.inf):
+        text = "scale %s is none" % one_line(repr(scale))[:80]
+        raise MapFileError("value", path, text, "above 0, such as 0.001 for millimeters")
+    if transform is not None:
+        matrix = np.asarray(transform, np.float64)
+        if matrix.size != 16:
+            text = "transform has %d numbers, not 16" % matrix.size
+            raise MapFileError("value", path, text, "4 rows of 4 numbers")
+        fault, hint = matrix_fault(matrix.reshape(4, 4))
+        if fault:
+            raise MapFileError("value", path, "transform cannot be used: " + fault, hint)
+        transform = tuple(matrix.reshape(-1).tolist())
+    return up, float(scale), transform
+
+
+def told_up(path: PathLike, options: Options, stated: str, format: str) -> Options:
+    """The options where a format itself says which axis is up (stated; "" if it does not).
+
+    Its reader has applied that. Raises MapFileError where the user says otherwise.
+    """
+    if not stated or not options.up or options.up == stated:
+        return replace(options, up="") if stated else options
+    text = "%s says that %s is up, which is applied" % (format, stated)
+    raise MapFileError("value", path, text, "leave out --up, or turn it by --transform")
 
 
 def placed(
@@ -94,7 +150,9 @@ def placed(
     not_finite; with repair, what is not finite stays and is dropped later. edges: makes (E, 2)
     places in positions, for the origin that is needed.
     """
-    wanted = options.origin
+    wanted, matrix = options.origin, options.matrix
+    if matrix is not None:
+        positions, offset = moved_positions(positions, offset, matrix)
     if wanted == NEEDED:
         vertices, change = _rounded(path, positions, what, options)
         wanted = None

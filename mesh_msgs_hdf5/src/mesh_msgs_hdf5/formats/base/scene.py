@@ -5,6 +5,7 @@ from typing import Dict, List, Optional, Tuple
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.corners import agreed, texture_vertices
+from mesh_msgs_hdf5.formats.base.movement import mirrors, moved_normals, moved_positions
 from mesh_msgs_hdf5.formats.base.options import Options, placed
 from mesh_msgs_hdf5.formats.base.polygons import triangle_edges, weld
 from mesh_msgs_hdf5.formats.base.remap import take_vertices
@@ -37,20 +38,12 @@ class ScenePart:
         """The part after a 4 x 4 transform; where that mirrors, outside stays outside."""
         if np.array_equal(transform, np.eye(4)):
             return self
-        matrix, faces, normals = transform[:3, :3], self.faces, self.normals
-        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            positions = self.positions.astype(np.float64) @ matrix.T + transform[:3, 3]
-            if np.linalg.det(matrix) < 0:
-                faces = faces[:, ::-1]
-            if normals is not None:
-                # normals go with the inverse transposed, here times the determinant
-                cofactors = np.stack(
-                    [np.cross(matrix[(i + 1) % 3], matrix[(i + 2) % 3]) for i in range(3)]
-                )
-                turned = normals.astype(np.float64) @ cofactors.T
-                turned *= np.sign(np.linalg.det(matrix))
-                length = np.linalg.norm(turned, axis=1, keepdims=True)
-                normals = turned / np.where(length > 0, length, 1)
+        faces, normals = self.faces, self.normals
+        positions, _ = moved_positions(self.positions, (0.0, 0.0, 0.0), transform)
+        if mirrors(transform):
+            faces = faces[:, ::-1]
+        if normals is not None:
+            normals = moved_normals(normals, transform)
         return replace(self, positions=positions, faces=faces, normals=normals)
 
 
