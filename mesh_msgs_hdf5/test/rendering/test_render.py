@@ -9,7 +9,13 @@ from mesh_msgs import zoo
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label, Materials, Mesh
 from mesh_msgs_hdf5.rendering.render import choose_paint, paint_mesh
-from mesh_msgs_hdf5.rendering.render_camera import VIEWS, axis_names, look_at, view_axes
+from mesh_msgs_hdf5.rendering.render_camera import (
+    VIEWS,
+    axis_names,
+    look_at,
+    usual_view,
+    view_axes,
+)
 from mesh_msgs_hdf5.rendering.render_figure import picture_png
 from mesh_msgs_hdf5.rendering.render_paint import PLAIN
 from mesh_msgs_hdf5.rendering.render_raster import NO_FACE, visible_faces
@@ -96,6 +102,16 @@ def test_views():
     assert np.isclose(right - left, 1 / 0.94) and np.isclose(top - bottom, 2 / 0.94)
     assert np.isclose((left + right) / 2, 0.5) and axis_names(camera.axes) == ("x", "y")
     assert axis_names(look_at(WALL.vertices, VIEWS["iso"], 100, 200).axes) == ("", "")
+
+
+def test_the_usual_view_shows_storeys():
+    """From above where nothing level is hidden; what is steep, or small, does not count."""
+    for made in (zoo.grid(), zoo.two_components(), zoo.sphere()):
+        assert usual_view(made.vertices, made.faces) == VIEWS["top"], made.name
+    house = zoo.two_storeys()
+    assert usual_view(house.vertices, house.faces) == VIEWS["iso"]
+    turned = house.vertices[:, [2, 1, 0]]  # on its side: walls beside each other
+    assert usual_view(turned, house.faces) == VIEWS["top"]
 
 
 def colors_of(mesh, *arguments, view="top", **keywords):

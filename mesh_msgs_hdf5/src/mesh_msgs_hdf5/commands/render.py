@@ -14,7 +14,7 @@ from mesh_msgs_hdf5.files.save import save_file
 from mesh_msgs_hdf5.labels.map_contents import open_map
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.rendering.render import choose_paint
-from mesh_msgs_hdf5.rendering.render_camera import VIEWS
+from mesh_msgs_hdf5.rendering.render_camera import VIEWS, parsed_view, usual_view
 from mesh_msgs_hdf5.rendering.render_figure import LARGEST, SMALLEST, picture_png
 from mesh_msgs_hdf5.rendering.render_scale import SCALES
 
@@ -38,9 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what.add_argument("--face", metavar="NAME", help="color by an attribute of the faces")
     for name in ("labels", "colors", "textures", "height"):
         what.add_argument("--" + name, dest="what", action="store_const", const=name)
-    text = "%s, or AZIMUTH,ELEVATION in degrees of the place to look from (default: top)"
-    text = text % ", ".join(VIEWS)
-    parser.add_argument("--view", type=_view, default="top", help=text)
+    text = "%s, or AZIMUTH,ELEVATION in degrees of the place to look from (default: top, or iso "
+    text = (text + "where storeys lie over each other)") % ", ".join(VIEWS)
+    parser.add_argument("--view", type=parsed_view, help=text)
     text = "of the picture in pixels (default: 1200x900)"
     parser.add_argument("--size", type=_size, default="1200x900", metavar="WxH", help=text)
     text = "of the color bar (default: the least and greatest finite value)"
@@ -52,15 +52,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="replace OUT.png if it exists")
     add_part(parser)
     add_output_options(parser, "say nothing")
-
-
-def _view(text):
-    if text in VIEWS:
-        return VIEWS[text]
-    azimuth, elevation = (float(value) for value in text.split(","))
-    if not (abs(azimuth) <= 360 and abs(elevation) <= 90):
-        raise ValueError(text)
-    return azimuth, elevation
 
 
 def _size(text):
@@ -78,7 +69,7 @@ def _limits(text):
     return low, high
 
 
-_view.__name__, _size.__name__, _limits.__name__ = "view", "size (WxH)", "limits (LO,HI)"
+_size.__name__, _limits.__name__ = "size (WxH)", "limits (LO,HI)"
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -96,7 +87,8 @@ def run(arguments: argparse.Namespace) -> int:
             shown = what if name is None else name
             title = os.path.basename(arguments.file) + (": " + shown if shown else "")
         progress.stage("drawing")
-        png = picture_png(mesh, paint, arguments.view, arguments.size, title, progress.part)
+        view = arguments.view or usual_view(mesh.vertices, mesh.faces)
+        png = picture_png(mesh, paint, view, arguments.size, title, progress.part)
         save_file(arguments.output, png, overwrite=arguments.force)
     width, height = arguments.size
     value = {"input": arguments.file, "output": arguments.output, "width": width, "height": height}

@@ -4,6 +4,8 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
+from mesh_msgs_hdf5.rendering.render_raster import NO_FACE, visible_faces
+
 # azimuth and elevation in degrees of the place one looks from; top: x to the right, y up
 VIEWS = {
     "top": (-90.0, 90.0),
@@ -12,6 +14,9 @@ VIEWS = {
     "side": (0.0, 0.0),
 }
 _MARGIN = 0.03  # of the picture's size, on each side
+# for the usual view: pixels of a picture that need not be good, faces at a time, how much of a
+# normal is up in what is level, and how often such surfaces cover the ground where there are several
+_ROUGHLY, _FACES, _LEVEL, _OVER_EACH_OTHER = 256, 1 << 19, 0.7, 1.4
 
 
 class Camera(NamedTuple):
@@ -55,6 +60,36 @@ def look_at(vertices: np.ndarray, view: Tuple[float, float], width: int, height:
     middle = (low + high) / 2
     left, top = middle[0] - pixel * width / 2, middle[1] + pixel * height / 2
     return Camera(axes, float(left), float(top), pixel, width, height)
+
+
+def parsed_view(text: str) -> Tuple[float, float]:
+    """The view of a name in VIEWS, or of "AZIMUTH,ELEVATION" in degrees. Raises ValueError."""
+    if text in VIEWS:
+        return VIEWS[text]
+    azimuth, elevation = (float(value) for value in text.split(","))
+    if not (abs(azimuth) <= 360 and abs(elevation) <= 90):
+        raise ValueError(text)
+    return azimuth, elevation
+
+
+parsed_view.__name__ = "view"
+
+
+def usual_view(vertices: np.ndarray, faces: np.ndarray) -> Tuple[float, float]:
+    """From above, or iso where level surfaces lie over each other, as storeys do: from above, one
+    sees only the highest.
+    """
+    camera = look_at(vertices, VIEWS["top"], _ROUGHLY, _ROUGHLY)
+    screen = camera.screen(vertices)
+    area = 0.0
+    for start in range(0, len(faces), _FACES):
+        a, b, c = screen[faces[start : start + _FACES]].transpose(1, 0, 2)
+        normals = np.cross(b - a, c - a)
+        normals[:, :2] /= camera.pixel  # depth is in meters, all else in pixels
+        is_level = np.abs(normals[:, 2]) > _LEVEL * np.linalg.norm(normals, axis=1)
+        area += float(np.abs(normals[is_level, 2]).sum()) / 2
+    seen = np.count_nonzero(visible_faces(screen, faces, _ROUGHLY, _ROUGHLY) != NO_FACE)
+    return VIEWS["iso" if area > _OVER_EACH_OTHER * seen else "top"]
 
 
 def axis_names(axes: np.ndarray) -> Tuple[str, str]:

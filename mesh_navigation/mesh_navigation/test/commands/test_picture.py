@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from mesh_msgs import zoo
 from mesh_msgs_hdf5.rendering.render_paint import PLAIN
-from mesh_msgs_hdf5.rendering.render_scale import RAINBOW, scale_colors
+from mesh_msgs_hdf5.rendering.render_camera import VIEWS, look_at
+from mesh_msgs_hdf5.rendering.render_scale import RAINBOW, RED_GREEN, scale_colors
 
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.commands import picture
 from mesh_navigation.commands.picture import CLOSED, PotentialPaint, plan_picture
 from mesh_navigation.plugins.planner import PlanResult
 from navigation_test_maps import MapWithCosts
@@ -97,8 +99,8 @@ def test_odd_faces(mesh):
 def drawn(mesh_map, result, ends, **options):
     image = pytest.importorskip("PIL.Image")
     png = plan_picture(mesh_map, result, ends, 1.0, size=(600, 450), **options)
-    with image.open(io.BytesIO(png)) as picture:
-        return np.asarray(picture.convert("RGB")).astype(int)
+    with image.open(io.BytesIO(png)) as opened:
+        return np.asarray(opened.convert("RGB")).astype(int)
 
 
 def result_along(points, potential=None):
@@ -107,9 +109,9 @@ def result_along(points, potential=None):
     return PlanResult(0, "", poses, potential=None if potential is None else np.float32(potential))
 
 
-def dark(picture):
+def dark(shown):
     """Pixels within the axes that are black."""
-    inner = picture[60:380, 80:480]
+    inner = shown[60:380, 80:480]
     return int((inner.max(axis=2) < 40).sum())
 
 
@@ -124,9 +126,78 @@ def test_the_path_is_on_the_picture_and_dotted_where_it_is_hidden():
     assert parts[-1] == pytest.approx(1.0) and path.shape == (450, 600, 3)
     assert dark(path) > dark(none) + 300
     roof = zoo.two_storeys(cells=10, size=10.0)
-    hidden = drawn(MapWithCosts(roof), result_along(below), ends)
-    bare = drawn(MapWithCosts(roof), PlanResult(54, ""), ends)
+    both = np.linspace(0, 1, len(roof.vertices))  # both storeys were reached
+    hidden = drawn(MapWithCosts(roof), result_along(below, both), ends, view=VIEWS["top"])
+    bare = drawn(MapWithCosts(roof), PlanResult(54, "", potential=both), ends, view=VIEWS["top"])
     assert 30 < dark(hidden) - dark(bare) < 0.8 * (dark(path) - dark(none))
+
+
+def view_of(monkeypatch, *arguments, **options):
+    """The view of a picture, and the heights of what it shows."""
+    found = []
+
+    def look(mesh, _paint, view, *_others):
+        found.extend([view, np.unique(mesh.vertices[:, 2].round(3)).tolist()])
+        return b""
+
+    monkeypatch.setattr(picture, "picture_png", look)
+    plan_picture(*arguments, 1.0, **options)
+    return found
+
+
+def test_storeys_are_seen_where_they_were_searched(monkeypatch):
+    roof = zoo.two_storeys(cells=10, size=10.0)
+    height = roof.vertices[:, 2]
+    path = result_along(np.linspace([1, 5, 0], [9, 5, 0], 60), np.where(height < 1, 1.0, np.inf))
+    ends = [Pose.at([1, 5, 0]), Pose.at([9, 5, 0])]
+    view, heights = view_of(monkeypatch, MapWithCosts(roof), path, ends)
+    assert view == VIEWS["top"] and max(heights) < 2  # without the storey that hides the path
+    both = result_along(path.poses[:, :3], np.ones(len(height)))
+    view, heights = view_of(monkeypatch, MapWithCosts(roof), both, ends)
+    assert view == VIEWS["iso"] and max(heights) == pytest.approx(height.max())
+    view, _ = view_of(monkeypatch, MapWithCosts(roof), both, ends, view=VIEWS["side"])
+    assert view == VIEWS["side"]
+
+
+class Lines:
+    """Axes that keep the black lines that are drawn."""
+
+    def __init__(self):
+        self.black = []
+
+    def plot(self, x, y, *_, color="", linestyle="", **__):
+        if color == "black":
+            self.black.append((np.column_stack([x, y]), linestyle))
+
+    def annotate(self, *_, **__):
+        pass
+
+
+def test_the_path_follows_the_view(monkeypatch):
+    """It is drawn where the camera sees it, and dotted where the view, not the sky, is hidden."""
+    roof = zoo.two_storeys(cells=10, size=10.0)
+    points = np.linspace([1, 5, 0], [9, 5, 0], 60)
+    result = result_along(points, np.ones(len(roof.vertices)))
+    ends = [Pose.at(points[0]), Pose.at(points[-1])]
+    for name, style in (("top", (0, (1, 1.5))), ("front", "solid")):
+        lines, camera = Lines(), look_at(roof.vertices, VIEWS[name], 100, 100)
+
+        def draw(*arguments, lines=lines, camera=camera):
+            arguments[6](lines, camera)
+            return b""
+
+        monkeypatch.setattr(picture, "picture_png", draw)
+        plan_picture(MapWithCosts(roof), result, ends, 1.0, view=VIEWS[name])
+        ((drawn_points, linestyle),) = lines.black
+        assert linestyle == style
+        np.testing.assert_allclose(drawn_points, points @ camera.axes[:2].T, atol=1e-9)
+
+
+def test_colors_of_another_scale():
+    painted = PotentialPaint(GRID.vertices, GRID.faces, X, np.full(len(X), True), PIXELS, RED_GREEN)
+    expected = scale_colors(RED_GREEN, np.array([0.137]))[0]
+    np.testing.assert_allclose(color_at(painted, 1.37, 4.3), expected, atol=1e-6)
+    assert painted.legend.stops is RED_GREEN
 
 
 def test_the_part_of_the_map_that_was_searched():
@@ -136,8 +207,8 @@ def test_the_part_of_the_map_that_was_searched():
     inside = drawn(MapWithCosts(GRID), result_along(np.zeros((0, 3)), potential), ends)
     all_of_it = drawn(MapWithCosts(GRID), result_along(np.zeros((0, 3)), X + Y), ends)
 
-    def gray_share(picture):
-        spread = picture.max(axis=2) - picture.min(axis=2)
+    def gray_share(shown):
+        spread = shown.max(axis=2) - shown.min(axis=2)
         return np.mean(spread[60:380, 80:480] < 10)
 
     assert gray_share(inside) < 0.75 and inside.shape == all_of_it.shape

@@ -1,11 +1,11 @@
-"""A picture of a plan from above: the potential with isolines, what is closed, and the path."""
+"""A picture of a plan: the potential with isolines, what is closed, and the path."""
 
 import math
 from typing import Any, Callable, Optional, Sequence, Tuple
 
 import numpy as np
 from mesh_msgs_hdf5.model.mesh import Mesh
-from mesh_msgs_hdf5.rendering.render_camera import VIEWS, Camera
+from mesh_msgs_hdf5.rendering.render_camera import Camera, usual_view, view_axes
 from mesh_msgs_hdf5.rendering.render_figure import picture_png
 from mesh_msgs_hdf5.rendering.render_paint import PLAIN, Legend
 from mesh_msgs_hdf5.rendering.render_scale import RAINBOW, finite_limits, value_colors
@@ -18,6 +18,7 @@ from mesh_navigation.surface.face_points import passable
 
 SIZE = (1200, 900)  # pixels
 _MARGIN = 0.08  # of the region that is shown, on each side
+_CEILING = 1.0  # m above all that was reached: what begins higher is left out
 _ABOVE = 0.05  # m above the path: the surface itself does not hide it
 
 
@@ -29,10 +30,12 @@ def plan_picture(
     title: str = "",
     size: Tuple[int, int] = SIZE,
     progress: Callable[[float], None] = lambda part: None,
+    view: Optional[Tuple[float, float]] = None,
+    stops: np.ndarray = RAINBOW,
 ) -> bytes:
-    """A PNG of the part of the map where the planner has searched.
+    """A PNG of the part of the map where the planner has searched, without what is far above that.
 
-    The path is dotted where something above it hides it.
+    The path is dotted where something in front of it hides it.
 
     Args:
         mesh_map: the map.
@@ -42,6 +45,9 @@ def plan_picture(
         title: above the picture.
         size: width and height in pixels.
         progress: told the part that is done, 0 to 1.
+        view: azimuth and elevation in degrees of the place to look from; None: from above, or iso
+            where storeys lie over each other.
+        stops: the colors of the potential, from the least to the greatest.
     """
     potential = result.potential
     if potential is None:
@@ -51,43 +57,52 @@ def plan_picture(
     points = result.poses[:, :3]
     places = np.concatenate([points, [pose.position for pose in ends]])
     places = places[np.isfinite(places).all(axis=1)]
-    faces = _faces_shown(mesh_map, np.isfinite(potential), places)
-    used, faces = np.unique(faces, return_inverse=True)
+    shown = _shown(mesh_map, np.isfinite(potential), places)
+    used, faces = np.unique(mesh_map.faces[shown], return_inverse=True)
     faces = faces.reshape(-1, 3).astype(np.uint32)
     vertices = mesh_map.vertices[used]
-    paint = PotentialPaint(vertices, faces, potential[used], open_vertices[used], max(size))
-    hidden = _hidden(mesh_map, points)
+    view = view or usual_view(vertices, faces)
+    directions = view_axes(*view)
+    seen = vertices.astype(np.float64) @ directions[:2].T
+    paint = PotentialPaint(seen, faces, potential[used], open_vertices[used], max(size), stops)
+    hidden = _hidden(mesh_map, points, directions[2], shown)
 
-    def overlay(axes: Any, _camera: Camera) -> None:
-        _draw_path(axes, points, hidden)
-        start, goal = (pose.position for pose in ends)
+    def overlay(axes: Any, camera: Camera) -> None:
+        _draw_path(axes, points @ camera.axes[:2].T, hidden)
+        start, goal = (camera.axes[:2] @ pose.position for pose in ends)
         _draw_end(axes, start, goal, "start", "o", "white")
         _draw_end(axes, goal, start, "goal", "*", "gold")
 
     footer = f"frame {mesh_map.frame_id}, map of {len(mesh_map.vertices)} vertices"
     mesh = Mesh(vertices, faces, frame_id=mesh_map.frame_id)
-    return picture_png(mesh, paint, VIEWS["top"], size, title, progress, overlay, footer)
+    return picture_png(mesh, paint, view, size, title, progress, overlay, footer)
 
 
-def _faces_shown(mesh_map: MeshMap, reached: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """(N,3) the faces in and around the box of what was reached, and of the path and its ends."""
-    corners = mesh_map.vertices[mesh_map.faces.reshape(-1), :2].reshape(-1, 3, 2)
-    points = np.concatenate([mesh_map.vertices[reached][:, :2], places[:, :2]])
+def _shown(mesh_map: MeshMap, reached: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """(F,) bool: the faces in and around the box of what was reached, and of the path and its ends,
+    without ceilings and storeys above it."""
+    corners = mesh_map.vertices[mesh_map.faces.reshape(-1)].reshape(-1, 3, 3)
+    points = np.concatenate([mesh_map.vertices[reached], places])
     if len(points) == 0:
-        return mesh_map.faces
+        return np.ones(len(corners), dtype=bool)
     low, high = points.min(axis=0), points.max(axis=0)
-    margin = max(1.0, _MARGIN * float((high - low).max()))
-    inside = (corners.max(axis=1) >= low - margin) & (corners.min(axis=1) <= high + margin)
-    shown = mesh_map.faces[inside.all(axis=1)]
-    return shown if len(shown) else mesh_map.faces
+    margin = max(1.0, _MARGIN * float((high - low)[:2].max()))
+    low, high = low - (margin, margin, np.inf), high + (margin, margin, _CEILING)
+    inside = (corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)
+    shown = inside.all(axis=1)
+    return shown if shown.any() else np.ones(len(corners), dtype=bool)
 
 
-def _hidden(mesh_map: MeshMap, points: np.ndarray) -> np.ndarray:
-    """(N,) bool: the points above which there is more of the surface."""
+def _hidden(
+    mesh_map: MeshMap, points: np.ndarray, viewer: np.ndarray, shown: np.ndarray
+) -> np.ndarray:
+    """(N,) bool: the points with one of the faces that are shown between them and the viewer."""
     if len(points) == 0:
         return np.zeros(0, dtype=bool)
-    up = np.tile([0.0, 0.0, 1.0], (len(points), 1))
-    return mesh_map.spatial_index.any_hit_batch(origins=points + _ABOVE * up, directions=up)
+    above = points + _ABOVE * np.array([0.0, 0.0, 1.0])
+    towards = np.tile(viewer, (len(points), 1))
+    index = mesh_map.spatial_index
+    return index.any_hit_batch(origins=above, directions=towards, mask=shown)
 
 
 def _draw_path(axes: Any, points: np.ndarray, hidden: np.ndarray) -> None:
@@ -138,7 +153,7 @@ CLOSED = (0.38, 0.38, 0.38)
 _LINES = 16  # of the potential in a picture, about
 _LINE_WIDTH = 1.3  # pixels
 _LINE_SHADE = 0.55  # of the color beside it
-_STEEPEST = 8.0  # change of the potential per meter seen from above: lines get no wider there
+_STEEPEST = 8.0  # change of the potential per meter in the picture: lines get no wider there
 
 
 class PotentialPaint:
@@ -151,15 +166,18 @@ class PotentialPaint:
         potential: np.ndarray,
         passable: np.ndarray,
         pixels: int,
+        stops: np.ndarray = RAINBOW,
     ) -> None:
         """
         Args:
-            vertices, faces: (V,3) m and (F,3): what is shown.
+            vertices, faces: (V,2) or more m, the first two to the right and up in the picture, and
+                (F,3): what is shown.
             potential: (V,) inf where it is not known.
             passable: (V,) bool; other vertices are shown as closed.
             pixels: along the longer side of the picture.
+            stops: the colors, from the least potential to the greatest.
         """
-        self._faces, self._passable = faces, passable
+        self._faces, self._passable, self._stops = faces, passable, stops
         self._potential = potential.astype(np.float64)
         self._known = np.isfinite(potential)
         self._limits = finite_limits(potential)
@@ -176,7 +194,7 @@ class PotentialPaint:
             entries.append((f"not reached ({unknown})", PLAIN))
         title = f"cost to the goal [m], lines every {self._step:g} m"
         bar = self._limits if self._known.any() else None
-        self.legend = Legend(title if bar else "no potential", bar, RAINBOW, tuple(entries))
+        self.legend = Legend(title if bar else "no potential", bar, stops, tuple(entries))
 
     def colors(self, face: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """(N,3) of points on the faces (N,) where the corners have the weights (N,3)."""
@@ -186,7 +204,7 @@ class PotentialPaint:
         total = share.sum(axis=1)
         values = np.where(known, self._potential[corners], 0)
         value = (values * share).sum(axis=1) / np.where(total > 0, total, 1)
-        colors = value_colors(RAINBOW, self._limits, value)
+        colors = value_colors(self._stops, self._limits, value)
         away = np.abs(value - self._step * np.rint(value / self._step))
         colors[away < self._half_line * self._slopes[face]] *= _LINE_SHADE
         nearest = np.take_along_axis(corners, weights.argmax(axis=1)[:, None], axis=1)[:, 0]
@@ -204,7 +222,7 @@ def _round_step(least: float) -> float:
 
 
 def _slopes(vertices: np.ndarray, faces: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """(F,) how much values (V,) change per meter seen from above; 0 where one is not known."""
+    """(F,) how much values (V,) change per meter in the picture; 0 where one is not known."""
     a, b, c = (vertices[faces[:, i], :2].astype(np.float64) for i in range(3))
     u, v, w = (values[faces[:, i]] for i in range(3))
     b, c, v, w = b - a, c - a, v - u, w - u

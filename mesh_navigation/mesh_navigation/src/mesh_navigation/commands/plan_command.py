@@ -18,6 +18,8 @@ from mesh_msgs_hdf5.commands.completion import wanted
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.files.save import check_target, save_file
+from mesh_msgs_hdf5.rendering.render_camera import VIEWS, parsed_view
+from mesh_msgs_hdf5.rendering.render_scale import SCALES
 
 from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.map.mesh_map import MeshMap
@@ -160,7 +162,14 @@ def _draw(
     length = path_length(result.poses[:, :3]) if len(result.poses) else 0.0
     title += f"{length:.2f} m" if len(result.poses) else _name(result.outcome)
     picture = plan_picture(
-        mesh_map, result, places, planner.values.get("cost_limit"), title, progress=progress.part
+        mesh_map,
+        result,
+        places,
+        planner.values.get("cost_limit"),
+        title,
+        progress=progress.part,
+        view=arguments.view,
+        stops=SCALES[arguments.scale],
     )
     save_file(arguments.png, picture, overwrite=arguments.force)
 
@@ -247,8 +256,16 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--origin", type=_place, metavar="X Y Z", help=text)
     text = "halve longer edges, with the faces around them (default: that of the layers, else none)"
     parser.add_argument("--max-edge-length", type=_distance, metavar="M", help=text)
-    text = "draw the potential and the path from above"
+    text = "draw the potential and the path, without what is far above both"
     parser.add_argument("--png", metavar="OUT.png", help=text)
+    text = (
+        "of the picture: %s, or AZIMUTH,ELEVATION in degrees of the place to look from (default: "
+    )
+    text = (text + "top, or iso where storeys lie over each other)") % ", ".join(VIEWS)
+    view = parser.add_argument("--view", type=parsed_view, metavar="VIEW", help=text)
+    view.completer = lambda **others: list(VIEWS)
+    text = "colors of the potential, as in RViz"
+    parser.add_argument("--scale", choices=sorted(SCALES), default="rainbow", help=text)
     parser.add_argument("--force", action="store_true", help="replace OUT.png if it exists")
     parser.add_argument("--json", action="store_true", help="output for programs, with the poses")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
@@ -294,4 +311,6 @@ def joined(words: List[str]) -> List[str]:
 
 
 _COUNTS = {"--start": 3, "--goal": 3, "--origin": 3}  # of numbers, at most
-_COUNTS.update({"--yaw": 1, "--tolerance": 1, "--robot-radius": 1, "--max-edge-length": 1})
+_COUNTS.update(
+    {"--yaw": 1, "--tolerance": 1, "--robot-radius": 1, "--max-edge-length": 1, "--view": 1}
+)
