@@ -228,7 +228,7 @@ def test_render_writes_a_png(grid, tmp_path, capsys, options):
         (["render", "MAP", "a.png", "--textures"], "no textures"),
         (["render", "none.h5", "a.png"], "no such file"),
         (["render", "MAP", "nowhere/a.png"], "does not exist"),
-        (["export", "MAP", "a.dae"], "ends with .ply or .obj or .stl or .glb"),
+        (["export", "MAP", "a.fbx"], "ends with .ply or .obj or .stl or .dae or .glb or .gltf"),
         (["export", "MAP", "MAP"], "ends with"),
         (["export", "none.h5", "a.ply"], "no such file"),
         (["convert", "MAP", "a.ply"], "ends with .h5"),

@@ -1,4 +1,5 @@
 """Exporting and importing gives the same arrays bit for bit, for everything that a format takes."""
+import json
 import os
 
 import numpy as np
@@ -16,7 +17,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label, Materials, Mesh
 
 ANIMALS = [mesh for mesh in zoo.all_meshes() if len(mesh.faces)]
-EXACT = (".ply", ".obj", ".glb")
+EXACT = (".ply", ".obj", ".glb", ".gltf")
 # of rich_mesh
 ORIGIN = "coordinates are without the origin 430000.0, 5790000.0, -0.1"
 ADDED = "; --georeferenced adds it"
@@ -93,12 +94,70 @@ def test_everything_comes_back_from_ply(tmp_path, rich_mesh):
     )
 
 
-def test_everything_comes_back_from_glb(tmp_path, rich_mesh):
-    found, notes, _ = again(tmp_path, rich_mesh, ".glb")
+@pytest.mark.parametrize("suffix", [".glb", ".gltf"])
+def test_everything_comes_back_from_gltf(tmp_path, rich_mesh, suffix):
+    found, notes, _ = again(tmp_path, rich_mesh, suffix)
     assert_same(found, rich_mesh, set(vars(rich_mesh)) - {"features", "source"})
     assert len(notes) == 5 and "12 texture features" in notes[-2]
     assert notes[0].startswith("vertex colors are attribute _VERTEX_COLOR")
     assert notes[-1] == ORIGIN
+
+
+def test_gltf_has_its_data_and_images_beside_it(tmp_path, rich_mesh):
+    """What others read: JSON that names files which are there."""
+    write_mesh(tmp_path / "a.gltf", rich_mesh)
+    document = json.loads((tmp_path / "a.gltf").read_text())
+    (buffer,) = document["buffers"]
+    assert buffer == {"byteLength": (tmp_path / "a.bin").stat().st_size, "uri": "a.bin"}
+    names = [image["uri"] for image in document["images"]]
+    assert names == ["a_texture_%d.png" % index for index in (0, 2, 10)]
+    assert sorted(os.listdir(tmp_path)) == sorted(["a.gltf", "a.bin", *names])
+    with pytest.raises(MapFileError, match="a.gltf: the file exists already"):
+        write_mesh(tmp_path / "a.gltf", rich_mesh)
+
+
+def test_what_collada_takes_comes_back(tmp_path, rich_mesh):
+    """Through assimp, which takes no vertex that no face has, and which gives faces by material."""
+    mesh = Mesh(SQUARE, TWO_FACES, vertex_normals=np.float32([[0, 0, 1]] * 4))
+    mesh.vertex_colors = np.uint8([[0, 1, 2], [128, 254, 255], [7, 8, 9], [3, 2, 1]])
+    mesh.texture_coordinates = np.float32([[0.1, 0.2], [1, 0], [1, 1], [0, 1 / 3]])
+    mesh.textures = {4: rich_mesh.textures[0], 7: rich_mesh.textures[10]}
+    colors = np.full((2, 3), 255, np.uint8)
+    mesh.materials = Materials(colors, np.int32([4, 7]), np.uint32([1, 0]))
+    found, notes, report = again(tmp_path, mesh, ".dae")
+    assert notes == [] and len(report.notes) == 2 and "were applied: meters" in report.notes[0]
+    for face in range(2):
+        # faces of one material come together
+        row = int(
+            np.flatnonzero((found.vertices[found.faces] == SQUARE[TWO_FACES[face]]).all((1, 2)))
+        )
+        for name in ("vertex_colors", "vertex_normals", "texture_coordinates"):
+            wanted = getattr(mesh, name)[TWO_FACES[face]]
+            assert np.allclose(getattr(found, name)[found.faces[row]], wanted, rtol=3e-7), name
+        of_face = found.materials.face_materials[row]
+        image = found.textures[int(found.materials.texture_indices[of_face])]
+        before = mesh.materials.texture_indices[mesh.materials.face_materials[face]]
+        assert identical(image, mesh.textures[int(before)])
+
+
+def test_colors_of_collada_materials_come_back(tmp_path):
+    colors = np.uint8([[1, 2, 3], [254, 128, 0]])
+    mesh = Mesh(SQUARE, TWO_FACES)
+    mesh.materials = Materials(colors, np.int32([-1, -1]), np.uint32([1, 0]))
+    found, _, _ = again(tmp_path, mesh, ".dae")
+    assert {tuple(color) for color in found.materials.colors} == {(1, 2, 3), (254, 128, 0)}
+
+
+def test_collada_says_what_it_leaves_out(tmp_path, rich_mesh):
+    _, notes, _ = again(tmp_path, rich_mesh, ".dae")
+    assert [note.split(",")[0].replace("left out: ", "") for note in notes] == [
+        "2 layers",
+        "4 face attributes",
+        "9 labels",
+        "12 texture features",
+        "the origin (3 coordinates)",
+        "the coordinate reference system (10 letters)",
+    ]
 
 
 def test_what_obj_takes_comes_back(tmp_path, rich_mesh):

@@ -168,13 +168,13 @@ def of_corners(positions, faces):
     return rows[np.lexsort(rows.T)]
 
 
-@pytest.mark.parametrize("suffix", [".glb", ".ply", ".obj", ".stl"])
+@pytest.mark.parametrize("suffix", [".glb", ".gltf", ".dae", ".ply", ".obj", ".stl"])
 def test_assimp_reads_what_was_written(tmp_path, suffix):
     world = zoo.outdoor_world(faces=1500, seed=4)
     path = tmp_path / ("a" + suffix)
     write_mesh(path, Mesh(world.vertices, world.faces))
     scene, _ = assimp.read_scene(path, ImportReport("", ""))
-    turned = z_up(scene.positions) if suffix == ".glb" else scene.positions
+    turned = z_up(scene.positions) if suffix in (".glb", ".gltf", ".dae") else scene.positions
     found = of_corners(turned.astype(np.float32), scene.faces)
     wanted = of_corners(world.vertices, world.faces.astype(np.int64))
     # assimp reads decimal numbers to the last bit but one
@@ -194,11 +194,11 @@ def test_assimp_reads_materials_and_coordinates(tmp_path):
             np.array([1, 0], np.uint32),
         ),
     )
-    for name in ("a.glb", "a.obj"):
+    for name in ("a.glb", "a.gltf", "a.dae", "a.obj"):
         write_mesh(tmp_path / name, mesh)
         scene, materials = assimp.read_scene(tmp_path / name, ImportReport("", ""))
         assert len(scene.faces) == 2 and scene.known.all()
-        places = z_up(scene.positions) if name == "a.glb" else scene.positions
+        places = scene.positions if name == "a.obj" else z_up(scene.positions)
         for face, number in zip(scene.faces, scene.face_materials):
             material = materials[number]
             textured = material["texture"] is not None

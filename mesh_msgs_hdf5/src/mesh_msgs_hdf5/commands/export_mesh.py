@@ -9,19 +9,19 @@ from mesh_msgs_hdf5.commands._common import (
     say,
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
-from mesh_msgs_hdf5.formats.exporter import check_georeferenced, write_mesh
+from mesh_msgs_hdf5.formats.exporter import WRITERS, check_georeferenced, write_mesh
 from mesh_msgs_hdf5.labels.map_contents import read_map
 
 NAME = "export"
-HELP = "write a mesh for other programs (.ply .obj .stl .glb); says what the format cannot hold"
+HELP = "write a mesh for other programs (.ply .obj .stl .dae .glb .gltf); says what the format cannot hold"
 EXAMPLE = "mesh_tool export garden.h5 garden.ply"
-SUFFIXES = (".ply", ".obj", ".stl", ".glb")
+SUFFIXES = tuple(WRITERS)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("input", metavar="IN", help="a map file, or any mesh that import reads")
     parser.add_argument(
-        "output", metavar="OUT", help="the suffix is the format: .ply .obj .stl .glb"
+        "output", metavar="OUT", help="the suffix is the format: " + " ".join(SUFFIXES)
     )
     text = "paint this layer into the colors of the vertices"
     parser.add_argument("--layer", metavar="NAME", help=text)

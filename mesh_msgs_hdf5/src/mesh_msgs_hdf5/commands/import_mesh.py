@@ -11,6 +11,7 @@ from mesh_msgs_hdf5.commands.map_output import (
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.formats.any_mesh import is_map_file
+from mesh_msgs_hdf5.formats.base.foreign_labels import read_names
 from mesh_msgs_hdf5.formats.base.movement import parsed_matrix
 from mesh_msgs_hdf5.formats.base.options import AUTO, NEEDED
 from mesh_msgs_hdf5.labels.map_contents import read_map
@@ -38,6 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--scale", type=_scale, metavar="S", help=text)
     text = "move the mesh, after that, by a matrix: 16 numbers, or a file with them, row by row"
     add("--transform", metavar="4x4", type=_matrix, help=text)
+    text = "make labels of the class numbers (and instance numbers) that faces or vertices have in "
+    text += "these properties, such as category_id; of OBJ: groups, objects or materials"
+    add("--labels-from", metavar="CLASS[,INSTANCE]", type=_words, help=text)
+    text = "names of the class numbers: a table as JSON (as of labels export --ids) or CSV (1,tree)"
+    add("--label-names", metavar="FILE", help=text)
     text = "give vertices with several texture coordinates or normals a copy for each"
     add("--split-seams", action="store_true", help=text)
     add(
@@ -70,6 +76,13 @@ def _tolerance(text):
     return value
 
 
+def _words(text):
+    words = tuple(word.strip() for word in text.split(","))
+    if not 1 <= len(words) <= 2 or not all(words):
+        raise ValueError(text)
+    return words
+
+
 def _scale(text):
     value = float(text)
     if not 0 < value < 1e12:
@@ -91,6 +104,7 @@ def _matrix(text):
     return tuple(matrix.reshape(-1).tolist())
 
 
+_words.__name__ = "property, or two"
 _scale.__name__, _matrix.__name__ = "scale", "matrix (16 numbers)"
 _origin.__name__, _tolerance.__name__ = "origin (auto, or X,Y,Z)", "tolerance in meters"
 
@@ -114,6 +128,8 @@ def run(arguments: argparse.Namespace) -> int:
             up=arguments.up,
             scale=arguments.scale,
             transform=arguments.transform,
+            labels_from=arguments.labels_from,
+            label_names=arguments.label_names and read_names(arguments.label_names),
         )
         mesh.frame_id = arguments.frame or mesh.frame_id
         mesh.crs = mesh.crs if arguments.crs is None else arguments.crs

@@ -1,4 +1,4 @@
-"""Writes a mesh in a format of other programs: PLY, OBJ, STL, GLB."""
+"""Writes a mesh in a format of other programs: PLY, OBJ, STL, COLLADA, glTF."""
 import contextlib
 import os
 from dataclasses import replace
@@ -10,7 +10,8 @@ from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.save import check_target, save_file
 from mesh_msgs_hdf5.formats.base.export_parts import Export
-from mesh_msgs_hdf5.formats.gltf.export_glb import glb_of
+from mesh_msgs_hdf5.formats.dae.export_dae import dae_of
+from mesh_msgs_hdf5.formats.gltf.export_glb import glb_of, gltf_of
 from mesh_msgs_hdf5.formats.obj.export_obj import obj_of
 from mesh_msgs_hdf5.formats.ply.export_ply import ply_of
 from mesh_msgs_hdf5.formats.stl import stl_of
@@ -23,7 +24,9 @@ WRITERS: Dict[str, Callable[[PathLike, Mesh], Export]] = {
     ".ply": ply_of,
     ".obj": obj_of,
     ".stl": stl_of,
+    ".dae": dae_of,
     ".glb": glb_of,
+    ".gltf": gltf_of,
 }
 
 
@@ -95,7 +98,10 @@ def write_mesh(
                 os.unlink(name)
         raise
     notes += export.notes
-    if any(mesh.origin) and suffix != ".stl":  # where the origin is left out, which is said already
+    if any(mesh.origin) and suffix not in (
+        ".stl",
+        ".dae",
+    ):  # where the origin is left out, which is said already
         hint = "; --georeferenced adds it" if suffix in GEOREFERENCED else ""
         text = "coordinates are without the origin %s, %s, %s"
         notes.append(text % tuple(mesh.origin) + hint)

@@ -11,6 +11,7 @@ from mesh_msgs.checks.rounding import is_too_much
 from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
+from mesh_msgs_hdf5.formats.base.foreign_labels import take_numbered_labels
 from mesh_msgs_hdf5.formats.base.movement import move_rest, stated_up
 from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed, told_up
 from mesh_msgs_hdf5.formats.base.report import ImportReport
@@ -162,9 +163,16 @@ def _from_format(path, kind, options, report):
     mesh = FORMATS[kind][1](path, data, options, report)
     if options.matrix is not None:
         move_rest(mesh, options.matrix, mesh.origin, report)
+    if options.labels_from and kind != "obj":  # whose groups its reader knows
+        _take_labels(path, mesh, options, report)
     mesh = _mended(path, mesh, options, report)
     mesh.source = _provenance(path, data, mesh.source, options, report)
     return checked_mesh(path, mesh)
+
+
+def _take_labels(path, mesh, options, report):
+    names = dict(options.label_names)
+    take_numbered_labels(path, mesh, options.labels_from, names, report)
 
 
 def _mended(path, mesh, options, report):
@@ -214,6 +222,8 @@ def _from_map(path, part, label_changes, options, report):
         )
     if options.matrix is not None:
         move_rest(mesh, options.matrix, before, report)
+    if options.labels_from:
+        _take_labels(path, mesh, options, report)
     # what was read is checked already; merging and repairing keep it sound
     mesh = _mended(path, mesh, options, report)
     mesh.source = dict(mesh.source, options=options.recorded())

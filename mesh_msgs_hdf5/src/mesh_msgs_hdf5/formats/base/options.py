@@ -31,6 +31,9 @@ class Options:
     up: "y" or "z", the axis that points up in the file; "" what its format says, else z.
     scale: what the file's unit is in meters, where its format does not say it; above 0.
     transform: None, or 4 x 4 numbers row by row, which move the mesh after all that.
+    labels_from: names of what labels are made of: the property of faces or vertices with their
+        class, and perhaps that with their instance; of OBJ "groups", "objects" or "materials".
+    label_names: (number, name) of classes in such a property.
     """
 
     origin: Union[None, str, Origin] = None
@@ -40,6 +43,8 @@ class Options:
     up: str = ""
     scale: float = 1.0
     transform: Optional[Tuple[float, ...]] = None
+    labels_from: Tuple[str, ...] = ()
+    label_names: Tuple[Tuple[int, str], ...] = ()
 
     @property
     def matrix(self) -> Optional[np.ndarray]:
@@ -59,7 +64,10 @@ class Options:
         values = {name: getattr(self, name) for name in names}
         left_alone = (None, False, NEEDED)
         found = {k: v for k, v in values.items() if not any(v is other for other in left_alone)}
-        for name, usual in (("up", ""), ("scale", 1.0), ("transform", None)):
+        for name, usual in (
+            *(("up", ""), ("scale", 1.0), ("transform", None)),
+            *(("labels_from", ()), ("label_names", ())),
+        ):
             if getattr(self, name) != usual:
                 found[name] = getattr(self, name)
         return found
@@ -100,7 +108,19 @@ def checked_options(path: PathLike, **values: Any) -> Options:
         tolerance,
         bool(values.get("repair", False)),
         *_checked_movement(path, values),
+        *_checked_labels(path, values),
     )
+
+
+def _checked_labels(path, values):
+    """labels_from and label_names."""
+    sources = values.get("labels_from") or ()
+    sources = (sources,) if isinstance(sources, str) else tuple(sources)
+    if len(sources) > 2 or not all(isinstance(source, str) and source for source in sources):
+        text = "labels_from is %s" % one_line(repr(sources))[:80]
+        raise MapFileError("value", path, text, "one name, or two: of the class and the instance")
+    names = dict(values.get("label_names") or {})
+    return sources, tuple(sorted(names.items()))
 
 
 def _checked_movement(path, values):

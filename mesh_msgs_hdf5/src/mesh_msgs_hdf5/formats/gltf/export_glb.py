@@ -1,4 +1,5 @@
-"""Mesh to GLB: glTF 2.0 in one file, with textures, a primitive for each material, y up.
+"""Mesh to glTF 2.0, in one file (GLB) or with binary data and textures beside it: a primitive for
+each material, y up.
 
 Format: Khronos Group, glTF 2.0 Specification, 2021. Layers are attributes of our own (_NAME), which
 viewers skip; labels and face attributes are buffer views that remarks in the extras of the asset
@@ -6,13 +7,20 @@ explain.
 """
 import json
 import struct
-from typing import Any, Dict, List, Optional
+import types
+from typing import Any, Dict, List, Mapping, Optional
 
 import numpy as np
 
 from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import identical
-from mesh_msgs_hdf5.formats.base.export_parts import Export, check_size, safe_name
+from mesh_msgs_hdf5.formats.base.export_parts import (
+    Export,
+    check_size,
+    file_stem,
+    safe_name,
+    texture_files,
+)
 from mesh_msgs_hdf5.formats.base.images import png
 from mesh_msgs_hdf5.formats.base.remarks import Remark, color_list, mesh_remark, remark_texts
 from mesh_msgs_hdf5.formats.gltf.gltf_file import BINARY_CHUNK, COMPONENTS, JSON_CHUNK, MAGIC
@@ -28,8 +36,29 @@ _OF_VERTICES, _OF_INDICES = 34962, 34963  # targets of buffer views
 def glb_of(path: PathLike, mesh: Mesh) -> Export:
     """The GLB file."""
     export = Export()
-    remarks: List[Remark] = [{"vertices": len(mesh.vertices)}] + mesh_remark(mesh)
     builder = _Builder()
+    document = _document(path, mesh, builder, export)
+    export.content = _packed(path, document, builder)
+    export.leave_out(mesh, "GLB", "features")
+    return export
+
+
+def gltf_of(path: PathLike, mesh: Mesh) -> Export:
+    """The glTF file, a file with its binary data and the textures."""
+    export = Export()
+    builder = _Builder(texture_files(path, mesh, export))
+    document = _document(path, mesh, builder, export)
+    check_size(path, builder.size, "glTF's binary")
+    name = file_stem(path) + ".bin"
+    document["buffers"][0]["uri"] = name
+    export.beside[name] = b"".join(builder.parts)
+    export.content = json.dumps(document, allow_nan=False, indent=1).encode("ascii") + b"\n"
+    export.leave_out(mesh, "glTF", "features")
+    return export
+
+
+def _document(path: PathLike, mesh: Mesh, builder: "_Builder", export: Export) -> Dict[str, Any]:
+    remarks: List[Remark] = [{"vertices": len(mesh.vertices)}] + mesh_remark(mesh)
     attributes = _attributes(mesh, builder, remarks, export)
     primitives = _primitives(mesh, builder, attributes, remarks)
     _add_images(mesh, builder, remarks)
@@ -48,15 +77,17 @@ def glb_of(path: PathLike, mesh: Mesh) -> Export:
         "buffers": [{"byteLength": builder.size}],
     }
     document.update({name: items for name, items in builder.items.items() if items})
-    export.content = _packed(path, document, builder)
-    export.leave_out(mesh, "GLB", "features")
-    return export
+    return document
 
 
 class _Builder:
-    """The binary chunk, and the JSON objects that describe it."""
+    """The binary data, and the JSON objects that describe it.
 
-    def __init__(self):
+    files: texture index -> name of a file beside the document; {} where images are in the data.
+    """
+
+    def __init__(self, files: Mapping[int, str] = types.MappingProxyType({})):
+        self.files = files
         self.parts: List[bytes] = []
         self.size = 0
         names = ("accessors", "bufferViews", "images", "textures", "materials")
@@ -186,8 +217,12 @@ def _primitives(mesh: Mesh, builder: _Builder, attributes, remarks: List[Remark]
 def _add_images(mesh: Mesh, builder: _Builder, remarks: List[Remark]) -> None:
     place = {}
     for index in sorted(mesh.textures):
-        view = builder.view(png(mesh.textures[index]))
-        image = builder.add("images", {"bufferView": view, "mimeType": "image/png"})
+        item: Dict[str, Any] = {"mimeType": "image/png"}
+        if index in builder.files:
+            item["uri"] = builder.files[index]
+        else:
+            item["bufferView"] = builder.view(png(mesh.textures[index]))
+        image = builder.add("images", item)
         place[index] = builder.add("textures", {"source": image})
         remarks.append({"texture": index, "image": image})
     if mesh.materials is None:

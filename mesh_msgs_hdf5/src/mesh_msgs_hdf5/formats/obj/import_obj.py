@@ -1,7 +1,8 @@
 """Wavefront OBJ to Mesh: vertex order and count are kept.
 
 Read: v (with colors behind the position), vn, vt, f (v, v/vt, v//vn, v/vt/vn, negative numbers,
-polygons), mtllib, usemtl; g where our export has written labels as groups.
+polygons), mtllib, usemtl; g where our export has written labels as groups; g, o or usemtl as labels
+where that is asked for.
 """
 from typing import Dict, List
 
@@ -10,6 +11,11 @@ import numpy as np
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.beside import Folder
 from mesh_msgs_hdf5.formats.base.corners import agreed, note_missing, with_corner_coordinates
+from mesh_msgs_hdf5.formats.base.foreign_labels import (
+    GROUPS,
+    check_group_sources,
+    take_grouped_labels,
+)
 from mesh_msgs_hdf5.formats.base.material_list import ImportedTextures, give_materials
 from mesh_msgs_hdf5.formats.base.options import Options, placed
 from mesh_msgs_hdf5.formats.base.polygons import (
@@ -33,6 +39,7 @@ from mesh_msgs_hdf5.formats.obj.obj_materials import face_materials, read_mtl_fi
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
+_NO_GROUPS = (b"default", b"off")
 _MEANING = {b"l": "lines", b"p": "points"}
 
 
@@ -81,6 +88,14 @@ def read_obj(path: PathLike, data: bytes, options: Options, report: ImportReport
         mesh = _with_coordinates(path, lines, mesh, triangles, corners, index, options, report)
     _take_materials(path, lines, mesh, triangles, remarks, report)
     _take_labels(path, lines, mesh, triangles, remarks, report)
+    for source in check_group_sources(path, options.labels_from):
+        ranges = _face_ranges(lines, GROUPS[source], one_name=source != "groups")
+        found = {
+            name.decode("utf-8", "replace"): _faces_in(parts, triangles)
+            for name, parts in ranges.items()
+            if source != "groups" or name not in _NO_GROUPS
+        }
+        take_grouped_labels(path, mesh, found, source, report)
     for key, count in sorted(lines.others.items()):
         name = one_line(key.decode("latin-1"))[:40]
         report.note("left out: %s (%d %s lines)", _MEANING.get(key, "what is unknown"), count, name)
@@ -206,15 +221,29 @@ def _take_labels(path, lines: ObjLines, mesh, triangles: Triangles, remarks, rep
     labels = [r for r in about(remarks, "label") if isinstance(r.get("group"), str)]
     if not labels:
         return
+    ranges = _face_ranges(lines, b"g", one_name=False)
+    for remark in labels:
+        faces = _faces_in(ranges.get(remark["group"].encode(), []), triangles)
+        add_label(path, mesh, remark, faces, report)
+
+
+def _face_ranges(lines: ObjLines, key: bytes, one_name: bool) -> Dict[bytes, List[np.ndarray]]:
+    """name -> parts of the file's faces that stand below a line with this key and that name.
+
+    one_name: all behind the key is one name, else each word is.
+    """
     ranges: Dict[bytes, List[np.ndarray]] = {}
-    groups = [(face, text) for face, key, text in lines.names if key == b"g"]
+    groups = [(face, text) for face, found, text in lines.names if found == key]
     for i, (start, text) in enumerate(groups):
         end = groups[i + 1][0] if i + 1 < len(groups) else lines.faces.rows
-        for name in text.split():
+        for name in [text.strip()] if one_name else text.split():
             ranges.setdefault(name, []).append(np.arange(start, end))
-    for remark in labels:
-        parts = ranges.get(remark["group"].encode(), [])
-        faces = np.concatenate(parts) if parts else np.zeros(0, np.int64)
-        if triangles.polygons is not None:
-            faces = np.flatnonzero(np.isin(triangles.polygons, faces))
-        add_label(path, mesh, remark, faces, report)
+    return ranges
+
+
+def _faces_in(parts: List[np.ndarray], triangles: Triangles) -> np.ndarray:
+    """The triangles of faces of the file."""
+    faces = np.concatenate(parts) if parts else np.zeros(0, np.int64)
+    if triangles.polygons is not None:
+        faces = np.flatnonzero(np.isin(triangles.polygons, faces))
+    return faces

@@ -20,8 +20,8 @@ _COMMENT_BEHIND = re.compile(rb"(?m)^(v|vn|vt|f)( [^\n#]*)#[^\n]*")
 _BLANKS = bytes.maketrans(b"\t\v\f\r", b"   \n")
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _NUMBERS = {b"v": "vertices", b"vn": "normals", b"vt": "texture coordinates", b"f": "faces"}
-_NAMES = (b"usemtl", b"g", b"mtllib")
-_SILENT = {b"o", b"s"}  # they change no value of the mesh
+_NAMES = (b"usemtl", b"g", b"o", b"mtllib")
+_SILENT = {b"s"}  # they change no value of the mesh
 
 
 def corner_numbers(path: PathLike, text: bytes, counts: np.ndarray, first: int) -> np.ndarray:

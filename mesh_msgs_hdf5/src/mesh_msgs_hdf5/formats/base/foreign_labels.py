@@ -1,0 +1,157 @@
+"""Labels that other programs keep in another way: as numbers of faces or vertices, or as groups."""
+import json
+from typing import Any, Dict, Iterable, List, Mapping, Tuple
+
+import numpy as np
+
+from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.files.probe import os_error, read_head
+from mesh_msgs_hdf5.formats.base.report import ImportReport
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.model.label_names import MAX_LABELS, usable_label
+from mesh_msgs_hdf5.model.mesh import Label, Mesh
+
+# of an OBJ file: what may name its faces
+GROUPS = {"groups": b"g", "objects": b"o", "materials": b"usemtl"}
+_MOST_NAMES = 1 << 24  # bytes of a file of names
+
+
+def take_numbered_labels(
+    path: PathLike,
+    mesh: Mesh,
+    sources: Tuple[str, ...],
+    names: Mapping[int, str],
+    report: ImportReport,
+) -> None:
+    """Make labels of the numbers that faces (or the vertices of faces) have.
+
+    sources: the attribute with their class, and perhaps that with their instance. names: of the
+    classes; others are called after the attribute: category_id 5 is category5. Numbers below 1 are
+    no label. Raises MapFileError (label) where there is no such attribute, or too many labels.
+    """
+    columns = [_numbers(path, mesh, source) for source in sources]
+    stem = sources[0][: -len("_id")] if sources[0].endswith("_id") else sources[0]
+    labelled = np.flatnonzero(columns[0] > 0)
+    rows = np.stack([column[labelled] for column in columns], axis=1)
+    found, which = np.unique(rows, axis=0, return_inverse=True)
+    if len(found) > MAX_LABELS:
+        text = "%s would make %d labels, more than %d" % ("/".join(sources), len(found), MAX_LABELS)
+        raise MapFileError("label", path, text, "name the property with the classes")
+    order = np.argsort(which.ravel(), kind="stable")
+    ends = np.cumsum(np.bincount(which.ravel(), minlength=len(found)))
+    for row, faces in zip(found.tolist(), np.split(labelled[order], ends[:-1])):
+        text = names.get(row[0], "%s%d" % (stem, row[0]))
+        if len(row) > 1:
+            text = "%s_%d" % (text, row[1])
+        _add(mesh, text, faces)
+    report.note("%d labels of %s", len(found), ", ".join(sources))
+
+
+def take_grouped_labels(
+    path: PathLike, mesh: Mesh, groups: Mapping[str, np.ndarray], what: str, report: ImportReport
+) -> None:
+    """Make a label of each group of faces, named as it is. Raises MapFileError (label)."""
+    named = {text: faces for text, faces in groups.items() if len(faces)}
+    if not named:
+        raise MapFileError("label", path, "the file has no %s to make labels of" % what, "")
+    if len(named) > MAX_LABELS:
+        text = "the file has %d %s, more labels than %d" % (len(named), what, MAX_LABELS)
+        raise MapFileError("label", path, text, "")
+    for text, faces in named.items():
+        _add(mesh, text, faces)
+    report.note("%d labels of %s", len(named), what)
+
+
+def parsed_names(path: PathLike, text: str) -> Dict[int, str]:
+    """The names of classes by their numbers, of a table as JSON or CSV.
+
+    JSON: that of our own export ({"classes": [{"id": 1, "name": "tree"}, ...]}), a list of such
+    objects, or {"1": "tree"}. CSV: a line for each class, with its number and name. Raises
+    MapFileError (format).
+    """
+    try:
+        found = _of_json(json.loads(text)) if text.lstrip()[:1] in "{[" else _of_csv(text)
+    except (LookupError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        reason = one_line(str(error))[:80]
+        hint = '{"1": "tree"}, or lines of CSV: 1,tree'
+        raise MapFileError(
+            "format", path, "it is no table of classes: %s" % reason, hint
+        ) from error
+    return {number: usable_label(name) for number, name in found.items()}
+
+
+def _of_json(value: Any) -> Dict[int, str]:
+    if isinstance(value, dict) and "classes" in value:
+        value = value["classes"]
+    if isinstance(value, dict):
+        return {int(number): _text(name) for number, name in value.items()}
+    return {int(entry["id"]): _text(entry["name"]) for entry in value}
+
+
+def _of_csv(text: str) -> Dict[int, str]:
+    rows = [line.split(",") for line in text.splitlines() if line.strip()]
+    if rows and not rows[0][0].strip().lstrip("-").isdigit():  # a head
+        rows = rows[1:]
+    return {int(row[0]): row[1].strip().strip('"') for row in rows}
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError("%r is no name" % (value,))
+    return value
+
+
+def _numbers(path: PathLike, mesh: Mesh, source: str) -> np.ndarray:
+    """(F,) int64: the attribute of faces of that name, or what most corners of a face have."""
+    if source in mesh.face_attributes:
+        values = mesh.face_attributes[source]
+        values = values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
+        if values.ndim == 1:
+            return _whole(path, source, values)
+    elif source in mesh.vertex_costs:
+        a, b, c = _whole(path, source, mesh.vertex_costs[source])[mesh.faces].T
+        return np.where(b == c, b, a)
+    known = [name for name, v in mesh.face_attributes.items() if v.ndim == 1 or v.shape[1] == 1]
+    known += list(mesh.vertex_costs)
+    hint = "there are: " + ", ".join(known) if known else "the mesh has none"
+    text = "there is no property %r of one number to make labels of" % one_line(source)[:80]
+    raise MapFileError("label", path, text, hint)
+
+
+def _whole(path: PathLike, source: str, values: np.ndarray) -> np.ndarray:
+    if values.dtype.kind in "iu":
+        return values.astype(np.int64)
+    known = np.where(np.isnan(values), 0, values)
+    wrong = np.flatnonzero((known != np.floor(known)) | (np.abs(known) > 2.0**53))
+    if len(wrong):
+        text = "%s is %g at %d, no whole number, %d in all"
+        text = text % (one_line(source)[:80], values[wrong[0]], wrong[0], len(wrong))
+        raise MapFileError("label", path, text, "a label needs a class")
+    return known.astype(np.int64)
+
+
+def _add(mesh: Mesh, text: str, faces: np.ndarray) -> None:
+    text = usable_label(text)
+    if text in mesh.labels:
+        faces = np.union1d(mesh.labels[text].faces, faces)
+    mesh.labels[text] = Label(faces.astype(np.uint32))
+
+
+def read_names(path: str) -> Dict[int, str]:
+    """parsed_names() of a file. Raises MapFileError."""
+    read_head(path)
+    try:
+        with open(path, encoding="utf-8", errors="replace") as stream:
+            return parsed_names(path, stream.read(_MOST_NAMES))
+    except OSError as error:
+        raise os_error(path, error) from error
+
+
+def check_group_sources(path: PathLike, sources: Iterable[str]) -> List[str]:
+    """The sources that an OBJ file has. Raises MapFileError (label) for others."""
+    found = list(sources)
+    for source in found:
+        if source not in GROUPS:
+            text = "an OBJ file has no %r to make labels of" % one_line(source)[:80]
+            raise MapFileError("label", path, text, "there are: " + ", ".join(GROUPS))
+    return found
