@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from full_map import full_map
 from mesh_map.io.map_source import MapSource
+from mesh_map.io.merged_mesh import NamedMesh, merged
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.model.mesh import Label, Mesh
+from mesh_msgs_hdf5.model.mesh import Features, Label, Mesh
 from verb_calls import call, said
 
 ORIGIN = np.array([1000.0, 2000.0, 3.0])
@@ -120,3 +121,14 @@ def test_what_does_not_fit_is_refused(maps, tmp_path):
             call("merge", *words)
         assert text in str(refused.value)
     assert not out.exists()
+
+
+def test_features_of_another_kind_are_left_out_by_the_name_of_their_mesh():
+    meshes = [NamedMesh(name, full_map(5)) for name in ("first", "second", "third")]
+    features = meshes[1].mesh.features
+    wide = np.repeat(features.descriptors, 2, axis=1)
+    meshes[1].mesh.features = Features(features.locations, wide)
+    mesh, notes = merged(meshes)
+    assert len(mesh.features.locations) == 2 * len(features.locations)
+    (note,) = [note for note in notes if "another kind" in note]
+    assert "second" in note

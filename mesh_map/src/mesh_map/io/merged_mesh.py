@@ -233,8 +233,9 @@ def _take_features(
     ]
     widths = [each.mesh.features.descriptors.shape[1:] for each, _ in having]
     alike = [pair for pair, width in zip(having, widths) if width == widths[0]]
-    for each, _ in having[len(alike) :] if len(alike) < len(having) else []:
-        notes.append("left out: texture features of %s, which are of another kind" % each.name)
+    for (each, _), width in zip(having, widths):
+        if width != widths[0]:
+            notes.append("left out: texture features of %s, which are of another kind" % each.name)
     if alike:
         places = [each.mesh.features.locations + shift for each, shift in alike]
         kinds = [each.mesh.features.descriptors for each, _ in alike]
