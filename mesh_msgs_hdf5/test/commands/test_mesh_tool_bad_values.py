@@ -30,6 +30,22 @@ VERBS = {
     "labels": "labels list {f}",
     "render": "render {f} {o}.png --size 200x200",
 }
+CHANGING = [
+    "labels delete {f} tree_2",
+    "labels rename {f} tree_1 tree_7",
+    "labels delete {f} --class tree",
+    "layers copy {f} height_diff new",
+    "layers rename {f} height_diff new",
+    "repack {f}",
+    "repair {f}",
+]
+
+
+def some_of(lines, kind, count):
+    """So many of them, others for the next kind: all read maps in one way, so that not each of them
+    has to meet each kind."""
+    start = list(BAD).index(kind) * count
+    return [lines[(start + i) % len(lines)] for i in range(count)]
 
 
 def said(capsys, line):
@@ -44,7 +60,9 @@ def test_every_verb(tmp_path, rich_mesh, capsys, kind):
     path = tmp_path / "a.h5"
     write_bad(path, rich_mesh, kind)
     before = path.read_bytes()
-    for name, line in VERBS.items():
+    chosen = [*some_of(list(VERBS), kind, 5), "repair"]
+    for name in dict.fromkeys(chosen):
+        line = VERBS[name]
         out = tmp_path / re.sub("[^a-z0-9]", "_", name)
         code, answer = said(capsys, line.format(f=path, o=out))
         differs = name == "diff" and kind == "texture"  # what cannot be read is not the same
@@ -53,8 +71,7 @@ def test_every_verb(tmp_path, rich_mesh, capsys, kind):
         looked_at = kind not in UNREAD.get(name.split()[0], ())
         assert bool(re.search(BAD[kind].words, notes)) == looked_at, (name, notes)
     assert path.read_bytes() == before
-    for name in ("convert", "import", "import___repair", "repair"):
-        new = tmp_path / (name + ".h5")
+    for new in tmp_path.glob("[!a]*.h5"):
         errors = [f for f in validate(str(new)) if f.level == "error"]
         # a name that is no text stays in the file, with all else that is unknown
         assert not errors or (kind == "label of no text" and "UTF-8" in errors[0].message), errors
@@ -64,15 +81,7 @@ def test_every_verb(tmp_path, rich_mesh, capsys, kind):
 @pytest.mark.parametrize("kind", BAD)
 def test_verbs_that_change_the_map(tmp_path, rich_mesh, capsys, kind):
     path = tmp_path / "a.h5"
-    for line in (
-        "labels delete {f} tree_2",
-        "labels rename {f} tree_1 tree_7",
-        "labels delete {f} --class tree",
-        "layers copy {f} height_diff new",
-        "layers rename {f} height_diff new",
-        "repack {f}",
-        "repair {f}",
-    ):
+    for line in dict.fromkeys([*some_of(CHANGING, kind, 2), "repair {f}"]):
         write_bad(path, rich_mesh, kind)
         code, answer = said(capsys, line.format(f=path))
         assert (line, code) == (line, 0), answer
