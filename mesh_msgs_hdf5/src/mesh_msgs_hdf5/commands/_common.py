@@ -10,6 +10,7 @@ import numpy as np
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.files.probe import read_head
 from mesh_msgs_hdf5.files.save import check_target
+from mesh_msgs_hdf5.formats.base.foreign_labels import read_class_names
 from mesh_msgs_hdf5.model.errors import MapFileError
 
 MAP_SUFFIXES = (".h5", ".hdf5")
@@ -92,6 +93,22 @@ def check_output(source: Optional[str], target: str, force: bool, suffixes=MAP_S
         read_head(source)
         if os.path.exists(target) and os.path.samefile(source, target):
             raise MapFileError("exists", target, "IN and OUT are the same file", "")
+
+
+def add_classes(parser: argparse.ArgumentParser) -> None:
+    """The option --classes."""
+    text = "with --ids: the numbers of classes in this table (JSON or CSV), others come behind them"
+    parser.add_argument("--classes", metavar="TABLE", help=text)
+
+
+def known_classes(arguments: argparse.Namespace) -> Dict[int, str]:
+    """The classes of --classes by their numbers. Raises MapFileError."""
+    return read_class_names(arguments.classes).classes if arguments.classes is not None else {}
+
+
+def class_table(output: str) -> str:
+    """The name of the table of classes beside a file."""
+    return os.path.splitext(output)[0] + "_classes.json"
 
 
 def own_output(arguments: argparse.Namespace) -> str:

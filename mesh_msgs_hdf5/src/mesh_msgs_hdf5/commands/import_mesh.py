@@ -11,7 +11,7 @@ from mesh_msgs_hdf5.commands.map_output import (
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.formats.any_mesh import is_map_file
-from mesh_msgs_hdf5.formats.base.foreign_labels import read_names
+from mesh_msgs_hdf5.formats.base.foreign_labels import ClassNames, read_class_names
 from mesh_msgs_hdf5.formats.base.movement import parsed_matrix
 from mesh_msgs_hdf5.formats.base.options import AUTO, NEEDED
 from mesh_msgs_hdf5.labels.map_contents import read_map
@@ -116,6 +116,9 @@ def run(arguments: argparse.Namespace) -> int:
         if not is_map_file(arguments.input):
             arguments.to_part, arguments.part = arguments.part, None
     check_map_output(arguments, arguments.input)
+    names = ClassNames({}, {})
+    if arguments.label_names is not None:
+        names = read_class_names(arguments.label_names)
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.input)
         mesh, report = read_map(
@@ -129,7 +132,8 @@ def run(arguments: argparse.Namespace) -> int:
             scale=arguments.scale,
             transform=arguments.transform,
             labels_from=arguments.labels_from,
-            label_names=arguments.label_names and read_names(arguments.label_names),
+            label_names=names.classes,
+            label_texts=names.labels,
         )
         mesh.frame_id = arguments.frame or mesh.frame_id
         mesh.crs = mesh.crs if arguments.crs is None else arguments.crs

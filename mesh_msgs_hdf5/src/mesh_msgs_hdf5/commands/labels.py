@@ -1,7 +1,15 @@
 """mesh_tool labels: the labels of a map file."""
 import argparse
 
-from mesh_msgs_hdf5.commands._common import add_actions, check_output, file_bytes, say
+from mesh_msgs_hdf5.commands._common import (
+    add_actions,
+    add_classes,
+    check_output,
+    class_table,
+    file_bytes,
+    known_classes,
+    say,
+)
 from mesh_msgs_hdf5.commands.label_changes import (
     changing,
     colored,
@@ -10,7 +18,8 @@ from mesh_msgs_hdf5.commands.label_changes import (
     renamed,
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
-from mesh_msgs_hdf5.files.save import save_file
+from mesh_msgs_hdf5.files.save import check_target, save_file
+from mesh_msgs_hdf5.labels.label_ids import ids_to_csv, label_ids, overlap_note, table_text
 from mesh_msgs_hdf5.labels.label_tables import (
     color_text,
     labels_to_csv,
@@ -40,6 +49,10 @@ SUFFIXES = (".json", ".csv")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = add_actions(parser, NAME, _ACTIONS)
     add["export"].add_argument("output", metavar="OUT.json|OUT.csv")
+    text = "a line for each face instead: face,class_id,instance_id; beside it OUT_classes.json, "
+    text += "which says what the numbers mean"
+    add["export"].add_argument("--ids", action="store_true", help=text)
+    add_classes(add["export"])
     add["export"].add_argument("--force", action="store_true", help="replace the output")
     add["import"].add_argument("input", metavar="IN.json|IN.csv")
     text = "delete all other labels (default: they stay; one of the same text is replaced)"
@@ -102,6 +115,8 @@ def _list(arguments):
 
 
 def _export(arguments):
+    if arguments.ids:
+        return _export_ids(arguments)
     check_output(arguments.file, arguments.output, arguments.force, SUFFIXES)
     labels, uuid, face_count, notes = present_labels(arguments.file, arguments.part)
     as_csv = arguments.output.lower().endswith(".csv")
@@ -110,6 +125,24 @@ def _export(arguments):
     value = {"path": arguments.file, "output": arguments.output, "labels": len(labels)}
     value.update(notes=notes, file_bytes=file_bytes(arguments.output))
     lines = ["%s: written, %d labels" % (arguments.output, len(labels))]
+    return value, ["  note: " + note for note in notes] + lines
+
+
+def _export_ids(arguments):
+    table = class_table(arguments.output)
+    check_output(arguments.file, arguments.output, arguments.force, (".csv",))
+    check_target(table, arguments.force)
+    labels, uuid, face_count, notes = present_labels(arguments.file, arguments.part)
+    known = known_classes(arguments)
+    ids = label_ids(arguments.file, labels, uuid, face_count, known)
+    notes = [*notes, *overlap_note(ids)]
+    save_file(table, table_text(ids.table), overwrite=arguments.force)
+    save_file(arguments.output, ids_to_csv(ids), overwrite=arguments.force)
+    value = {"path": arguments.file, "output": arguments.output, "table": table}
+    value.update(labels=len(labels), classes=ids.table["classes"], notes=notes)
+    value.update(file_bytes=file_bytes(arguments.output))
+    text = "%s: written, %d faces, %d classes (%s)"
+    lines = [text % (arguments.output, face_count, len(ids.table["classes"]), table)]
     return value, ["  note: " + note for note in notes] + lines
 
 

@@ -1,21 +1,27 @@
 """mesh_tool render: a picture of a mesh."""
 import argparse
 import os
+from typing import List
 
 from mesh_msgs_hdf5.commands._common import (
+    add_classes,
     add_output_options,
     add_part,
     check_output,
+    class_table,
     file_bytes,
+    known_classes,
     say,
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
-from mesh_msgs_hdf5.files.save import save_file
+from mesh_msgs_hdf5.files.save import check_target, save_file
+from mesh_msgs_hdf5.labels.label_ids import label_ids, overlap_note, table_text
 from mesh_msgs_hdf5.labels.map_contents import open_map
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.rendering.render import choose_paint
-from mesh_msgs_hdf5.rendering.render_camera import VIEWS, parsed_view, usual_view
+from mesh_msgs_hdf5.rendering.render import choose_paint, paint_mesh
+from mesh_msgs_hdf5.rendering.render_camera import VIEWS, look_at, parsed_view, usual_view
 from mesh_msgs_hdf5.rendering.render_figure import LARGEST, SMALLEST, picture_png
+from mesh_msgs_hdf5.rendering.render_ids import bare_png, camera_table, gray_png, id_picture
 from mesh_msgs_hdf5.rendering.render_scale import SCALES
 
 NAME = "render"
@@ -38,6 +44,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what.add_argument("--face", metavar="NAME", help="color by an attribute of the faces")
     for name in ("labels", "colors", "textures", "height"):
         what.add_argument("--" + name, dest="what", action="store_const", const=name)
+    text = (
+        "of the labels: no colors, but 16 bits of gray with the number of the class (or instance) "
+    )
+    text += (
+        "that each pixel shows; beside OUT.png OUT_classes.json, with what they mean and the camera"
+    )
+    add = parser.add_argument
+    add("--ids", nargs="?", choices=("class", "instance"), const="class", help=text)
+    add_classes(parser)
+    text = "the mesh alone, over the whole picture, pixel for pixel as --ids has it"
+    parser.add_argument("--bare", action="store_true", help=text)
     text = "%s, or AZIMUTH,ELEVATION in degrees of the place to look from (default: top, or iso "
     text = (text + "where storeys lie over each other)") % ", ".join(VIEWS)
     parser.add_argument("--view", type=parsed_view, help=text)
@@ -74,30 +91,61 @@ _size.__name__, _limits.__name__ = "size (WxH)", "limits (LO,HI)"
 
 def run(arguments: argparse.Namespace) -> int:
     check_output(arguments.file, arguments.output, arguments.force, (".png",))
+    if arguments.ids:
+        _check_ids(arguments)
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.file)
         file = open_map(arguments.file, arguments.part).members
         if not file.face_count:
             raise MapFileError("no_faces", arguments.file, "the mesh has no faces to draw", "")
         mesh, what, name = _mesh(file, arguments)
-        scale = arguments.limits, arguments.scale, not arguments.values
-        paint = choose_paint(arguments.file, mesh, what, name, *scale)
-        title = arguments.title
-        if title is None:
-            shown = what if name is None else name
-            title = os.path.basename(arguments.file) + (": " + shown if shown else "")
+        paint = None
+        if not arguments.ids:
+            scale = arguments.limits, arguments.scale, not arguments.values
+            paint = choose_paint(arguments.file, mesh, what, name, *scale)
         progress.stage("drawing")
         view = arguments.view or usual_view(mesh.vertices, mesh.faces)
-        png = picture_png(mesh, paint, view, arguments.size, title, progress.part)
+        more: List[str] = []
+        if arguments.ids:
+            png, more = _ids_png(mesh, view, arguments)
+        elif arguments.bare:
+            camera = look_at(mesh.vertices, view, *arguments.size)
+            png = bare_png(paint_mesh(mesh, camera, paint, progress.part))
+        else:
+            shown = what if name is None else name
+            title = os.path.basename(arguments.file) + (": " + shown if shown else "")
+            title = title if arguments.title is None else arguments.title
+            png = picture_png(mesh, paint, view, arguments.size, title, progress.part)
         save_file(arguments.output, png, overwrite=arguments.force)
     width, height = arguments.size
     value = {"input": arguments.file, "output": arguments.output, "width": width, "height": height}
-    notes = list(file.notes) + (file.label_notes if what == "labels" else [])
+    notes = list(file.notes) + (file.label_notes if what == "labels" else []) + more
     value.update(file_bytes=file_bytes(arguments.output), notes=notes)
     lines = ["  note: " + note for note in notes]
     text = "{output}: written, {width} x {height} pixels, {file_bytes} bytes"
     say(arguments, value, lines + [text.format(**value)])
     return 0
+
+
+def _check_ids(arguments):
+    if arguments.what not in (None, "labels") or arguments.layer or arguments.face:
+        text = "--ids are those of the labels, and no other thing is drawn with them"
+        raise MapFileError("value", arguments.output, text, "--labels --ids")
+    arguments.what = "labels"
+    check_target(class_table(arguments.output), arguments.force)
+
+
+def _ids_png(mesh, view, arguments):
+    """(the picture, notes); the table is written."""
+    known = known_classes(arguments)
+    ids = label_ids(arguments.file, mesh.labels, mesh.uuid, len(mesh.faces), known)
+    of_faces = ids.classes if arguments.ids == "class" else ids.instances
+    camera = look_at(mesh.vertices, view, *arguments.size)
+    picture = id_picture(mesh.vertices, mesh.faces, of_faces, camera)
+    shown = {"pixels": arguments.ids + "_id", "camera": camera_table(camera)}
+    table = class_table(arguments.output)
+    save_file(table, table_text({**ids.table, **shown}), overwrite=arguments.force)
+    return gray_png(picture), list(overlap_note(ids))
 
 
 def _mesh(file, arguments):

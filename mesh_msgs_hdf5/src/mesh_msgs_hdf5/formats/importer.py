@@ -11,7 +11,7 @@ from mesh_msgs.checks.rounding import is_too_much
 from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
-from mesh_msgs_hdf5.formats.base.foreign_labels import take_numbered_labels
+from mesh_msgs_hdf5.formats.base.foreign_labels import ClassNames, take_numbered_labels
 from mesh_msgs_hdf5.formats.base.movement import move_rest, stated_up
 from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed, told_up
 from mesh_msgs_hdf5.formats.base.report import ImportReport
@@ -171,7 +171,7 @@ def _from_format(path, kind, options, report):
 
 
 def _take_labels(path, mesh, options, report):
-    names = dict(options.label_names)
+    names = ClassNames(dict(options.label_names), dict(options.label_texts))
     take_numbered_labels(path, mesh, options.labels_from, names, report)
 
 

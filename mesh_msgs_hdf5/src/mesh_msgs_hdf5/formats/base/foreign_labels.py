@@ -1,6 +1,6 @@
 """Labels that other programs keep in another way: as numbers of faces or vertices, or as groups."""
 import json
-from typing import Any, Dict, Iterable, List, Mapping, Tuple
+from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Tuple
 
 import numpy as np
 
@@ -11,6 +11,14 @@ from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import MAX_LABELS, usable_label
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
+
+class ClassNames(NamedTuple):
+    """What numbers of classes mean; labels: the texts of whole labels by the numbers of instances."""
+
+    classes: Dict[int, str]
+    labels: Dict[int, str]
+
+
 # of an OBJ file: what may name its faces
 GROUPS = {"groups": b"g", "objects": b"o", "materials": b"usemtl"}
 _MOST_NAMES = 1 << 24  # bytes of a file of names
@@ -20,13 +28,14 @@ def take_numbered_labels(
     path: PathLike,
     mesh: Mesh,
     sources: Tuple[str, ...],
-    names: Mapping[int, str],
+    names: ClassNames,
     report: ImportReport,
 ) -> None:
     """Make labels of the numbers that faces (or the vertices of faces) have.
 
-    sources: the attribute with their class, and perhaps that with their instance. names: of the
-    classes; others are called after the attribute: category_id 5 is category5. Numbers below 1 are
+    sources: the attribute with their class, and perhaps that with their instance. names:
+    those of classes that are not in it are called after the attribute: category_id 5 is category5.
+    Numbers below 1 are
     no label. Raises MapFileError (label) where there is no such attribute, or too many labels.
     """
     columns = [_numbers(path, mesh, source) for source in sources]
@@ -40,9 +49,9 @@ def take_numbered_labels(
     order = np.argsort(which.ravel(), kind="stable")
     ends = np.cumsum(np.bincount(which.ravel(), minlength=len(found)))
     for row, faces in zip(found.tolist(), np.split(labelled[order], ends[:-1])):
-        text = names.get(row[0], "%s%d" % (stem, row[0]))
+        text = names.classes.get(row[0], "%s%d" % (stem, row[0]))
         if len(row) > 1:
-            text = "%s_%d" % (text, row[1])
+            text = names.labels.get(row[1], "%s_%d" % (text, row[1]))
         _add(mesh, text, faces)
     report.note("%d labels of %s", len(found), ", ".join(sources))
 
@@ -62,22 +71,28 @@ def take_grouped_labels(
     report.note("%d labels of %s", len(named), what)
 
 
-def parsed_names(path: PathLike, text: str) -> Dict[int, str]:
+def parsed_class_names(path: PathLike, text: str) -> ClassNames:
     """The names of classes by their numbers, of a table as JSON or CSV.
 
-    JSON: that of our own export ({"classes": [{"id": 1, "name": "tree"}, ...]}), a list of such
+    JSON: that of our own export ({"classes": [{"id": 1, "name": "tree"}, ...]}, which has labels,
+    too), a list of such
     objects, or {"1": "tree"}. CSV: a line for each class, with its number and name. Raises
     MapFileError (format).
     """
     try:
-        found = _of_json(json.loads(text)) if text.lstrip()[:1] in "{[" else _of_csv(text)
+        value = json.loads(text) if text.lstrip()[:1] in "{[" else None
+        found = _of_csv(text) if value is None else _of_json(value)
+        labels = {}
+        if isinstance(value, dict) and "classes" in value:
+            for entry in value.get("labels", ()):
+                labels[int(entry["instance_id"])] = _text(entry["label"])
     except (LookupError, ValueError, TypeError, AttributeError, RecursionError) as error:
         reason = one_line(str(error))[:80]
         hint = '{"1": "tree"}, or lines of CSV: 1,tree'
         raise MapFileError(
             "format", path, "it is no table of classes: %s" % reason, hint
         ) from error
-    return {number: usable_label(name) for number, name in found.items()}
+    return ClassNames({number: usable_label(name) for number, name in found.items()}, labels)
 
 
 def _of_json(value: Any) -> Dict[int, str]:
@@ -137,12 +152,12 @@ def _add(mesh: Mesh, text: str, faces: np.ndarray) -> None:
     mesh.labels[text] = Label(faces.astype(np.uint32))
 
 
-def read_names(path: str) -> Dict[int, str]:
-    """parsed_names() of a file. Raises MapFileError."""
+def read_class_names(path: str) -> ClassNames:
+    """parsed_class_names() of a file. Raises MapFileError."""
     read_head(path)
     try:
         with open(path, encoding="utf-8", errors="replace") as stream:
-            return parsed_names(path, stream.read(_MOST_NAMES))
+            return parsed_class_names(path, stream.read(_MOST_NAMES))
     except OSError as error:
         raise os_error(path, error) from error
 

@@ -33,7 +33,8 @@ class Options:
     transform: None, or 4 x 4 numbers row by row, which move the mesh after all that.
     labels_from: names of what labels are made of: the property of faces or vertices with their
         class, and perhaps that with their instance; of OBJ "groups", "objects" or "materials".
-    label_names: (number, name) of classes in such a property.
+    label_names, label_texts: (number, name) of classes in such a property; (number, text) of labels
+        in that with the instance.
     """
 
     origin: Union[None, str, Origin] = None
@@ -45,6 +46,7 @@ class Options:
     transform: Optional[Tuple[float, ...]] = None
     labels_from: Tuple[str, ...] = ()
     label_names: Tuple[Tuple[int, str], ...] = ()
+    label_texts: Tuple[Tuple[int, str], ...] = ()
 
     @property
     def matrix(self) -> Optional[np.ndarray]:
@@ -119,8 +121,8 @@ def _checked_labels(path, values):
     if len(sources) > 2 or not all(isinstance(source, str) and source for source in sources):
         text = "labels_from is %s" % one_line(repr(sources))[:80]
         raise MapFileError("value", path, text, "one name, or two: of the class and the instance")
-    names = dict(values.get("label_names") or {})
-    return sources, tuple(sorted(names.items()))
+    tables = (dict(values.get(name) or {}) for name in ("label_names", "label_texts"))
+    return (sources, *(tuple(sorted(table.items())) for table in tables))
 
 
 def _checked_movement(path, values):
