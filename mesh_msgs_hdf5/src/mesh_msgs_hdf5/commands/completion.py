@@ -57,7 +57,8 @@ _PARTS = {
     "to_part": ("output",),
 }
 _UNQUOTED = re.compile(r"\\.|[#~?\[\]{}]", re.DOTALL)
-_SUFFIXES = ("h5", "hdf5", "ply", "obj", "stl", "off", "dae", "glb", "gltf", "json", "csv")
+_SUFFIXES = ("h5", "hdf5", "ply", "obj", "stl", "off", "dae", "zae", "fbx", "3ds")
+_SUFFIXES += ("glb", "gltf", "json", "csv")
 
 
 def bash_script(

@@ -18,7 +18,7 @@ from mesh_msgs_hdf5.labels.map_contents import read_map
 from mesh_msgs_hdf5.model.schema import check_frame_id
 
 NAME = "import"
-HELP = "make a map file (.h5) of a mesh (.ply .obj .stl .off .dae .glb .gltf .h5)"
+HELP = "make a map file (.h5) of a mesh (.ply .obj .stl .off .dae .zae .fbx .3ds .glb .gltf .h5)"
 EXAMPLE = "mesh_tool import garden.ply garden.h5 --frame map --origin auto"
 _EXACT = 0.0
 _MOST_TEXT = 1 << 16  # of a file with a matrix

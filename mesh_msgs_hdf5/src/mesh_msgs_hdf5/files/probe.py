@@ -10,6 +10,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 HEAD_BYTES = 4096
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+FBX_SIGNATURE = b"Kaydara FBX Binary  \0"
 LFS_POINTER = b"version https://git-lfs"
 _OS_ERRORS = {
     errno.ENOENT: ("missing", "there is no such file", "check the path"),
@@ -105,7 +106,8 @@ def read_file(path: PathLike) -> bytes:
 
 
 def kind_of(path: PathLike, head: bytes) -> str:
-    """One of "h5", "ply", "obj", "stl", "off", "dae", "glb", "gltf": by first bytes, or suffix.
+    """One of "h5", "ply", "obj", "stl", "off", "dae", "zae", "fbx", "3ds", "glb", "gltf": by first
+    bytes, or suffix.
 
     "" if neither tells.
     """
@@ -117,6 +119,8 @@ def kind_of(path: PathLike, head: bytes) -> str:
         return "glb"
     if b"<COLLADA" in head:
         return "dae"
+    if head.startswith(FBX_SIGNATURE) or head.lstrip().startswith(b"; FBX "):
+        return "fbx"
     suffix = os.path.splitext(os.fsdecode(path))[1].lower().lstrip(".")
-    known = ("h5", "ply", "obj", "stl", "off", "dae", "glb", "gltf")
+    known = ("h5", "ply", "obj", "stl", "off", "dae", "zae", "fbx", "3ds", "glb", "gltf")
     return {"hdf5": "h5"}.get(suffix, suffix if suffix in known else "")

@@ -1,4 +1,4 @@
-"""Reads a mesh from any known format: PLY, OBJ, STL, OFF, DAE (COLLADA), glTF, and map files.
+"""Reads a mesh from any known format: PLY, OBJ, STL, OFF, COLLADA, FBX, 3DS, glTF, and map files.
 """
 import datetime
 import hashlib
@@ -12,11 +12,12 @@ from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
 from mesh_msgs_hdf5.formats.base.foreign_labels import ClassNames, take_numbered_labels
-from mesh_msgs_hdf5.formats.base.movement import move_rest, stated_up
+from mesh_msgs_hdf5.formats.base.movement import move_rest
 from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed, told_up
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.merge import merge_vertices
 from mesh_msgs_hdf5.formats.repair import repair
+from mesh_msgs_hdf5.formats.stated_axes import stated_up
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.model.edit import changed_labels
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
@@ -55,12 +56,30 @@ def _read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepo
 
 
 def _read_dae(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    return _read_scene("dae", path, data, options, report)
+
+
+def _read_zae(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    return _read_scene("zae", path, data, options, report)
+
+
+def _read_fbx(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    return _read_scene("fbx", path, data, options, report)
+
+
+def _read_3ds(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    return _read_scene("3ds", path, data, options, report)
+
+
+def _read_scene(
+    kind: str, path: PathLike, data: bytes, options: Options, report: ImportReport
+) -> Mesh:
     """assimp reads the file itself, and may crash over it: in a process of its own."""
     from mesh_msgs_hdf5.formats.base.scene import Scene
     from mesh_msgs_hdf5.formats.dae.import_dae import mesh_of_scene
 
     try:
-        scene, materials, notes = isolated(
+        scene, materials, images, notes = isolated(
             "collada",
             path,
             memory_limit=_DAE_MEMORY + _DAE_MEMORY_PER_BYTE * len(data),
@@ -73,7 +92,8 @@ def _read_dae(path: PathLike, data: bytes, options: Options, report: ImportRepor
         hint = "convert it to PLY or OBJ where it was made"
         raise MapFileError(_DAE_CODES[error.code], path, error.message, hint) from error
     report.notes += notes
-    return mesh_of_scene(path, Scene(**scene), materials, options, report)
+    given = Scene(**scene), materials, images
+    return mesh_of_scene(path, kind, data, *given, options, report)
 
 
 Read = Callable[[PathLike, bytes, Options, ImportReport], Mesh]
@@ -84,11 +104,14 @@ FORMATS: Dict[str, Tuple[str, Read]] = {
     "stl": ("STL", _read_stl),
     "off": ("OFF", _read_off),
     "dae": ("DAE", _read_dae),
+    "zae": ("ZAE", _read_zae),
+    "fbx": ("FBX", _read_fbx),
+    "3ds": ("3DS", _read_3ds),
     "glb": ("GLB", _read_gltf),
     "gltf": ("glTF", _read_gltf),
 }
 MAP_SUFFIXES = (".h5", ".hdf5")
-# what reading COLLADA may take: for any file, and for each byte of it
+# what reading through assimp may take: for any file, and for each byte of it
 DAE_SECONDS, _DAE_SECONDS_PER_BYTE = 60, 5e-6
 _DAE_MEMORY, _DAE_MEMORY_PER_BYTE = 2 << 30, 100
 _DAE_CODES = {"crashed": "damaged", "timeout": "size"}

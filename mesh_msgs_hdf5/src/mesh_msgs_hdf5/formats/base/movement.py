@@ -10,20 +10,6 @@ from mesh_msgs_hdf5.model.mesh import Features, Mesh
 Origin = Tuple[float, float, float]
 # x right, y up, z to the viewer becomes x, -z, y: z up (REP 103)
 Y_TO_Z_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
-_UP_AXIS = re.compile(rb"<up_axis>\s*([XYZ])_UP\s*</up_axis>")
-
-
-def stated_up(kind: str, data: bytes) -> str:
-    """The axis that a file of a format (as in importer.FORMATS) says to be up; "" if it says none.
-
-    Readers apply it: what they give has z up.
-    """
-    if kind in ("glb", "gltf"):
-        return "y"
-    if kind == "dae":
-        found = _UP_AXIS.search(data)
-        return found[1].decode().lower() if found else "y"
-    return ""
 
 
 def mirrors(matrix: np.ndarray) -> bool:

@@ -1,1 +1,1 @@
-"""COLLADA, through assimp."""
+"""COLLADA, FBX and 3DS: read through assimp; COLLADA: written."""

@@ -68,6 +68,15 @@ _Node._fields_ = [
 ]
 
 
+class _Texture(ctypes.Structure):
+    _fields_ = [
+        ("width", ctypes.c_uint),  # bytes, where height is 0: a file of images
+        ("height", ctypes.c_uint),
+        ("hint", ctypes.c_char * 9),
+        ("data", ctypes.c_void_p),
+    ]
+
+
 class _Scene(ctypes.Structure):
     _fields_ = [
         ("flags", ctypes.c_uint),
@@ -76,6 +85,10 @@ class _Scene(ctypes.Structure):
         ("meshes", ctypes.POINTER(ctypes.POINTER(_Mesh))),
         ("material_count", ctypes.c_uint),
         ("materials", ctypes.POINTER(ctypes.c_void_p)),
+        ("animation_count", ctypes.c_uint),
+        ("animations", ctypes.c_void_p),
+        ("texture_count", ctypes.c_uint),
+        ("textures", ctypes.POINTER(ctypes.POINTER(_Texture))),
     ]
 
 
@@ -103,18 +116,22 @@ def _library(path):
     return library
 
 
-def scene_arrays(path: str) -> Tuple[Dict[str, Any], List[Material], List[str]]:
+def scene_arrays(path: str) -> Tuple[Dict[str, Any], List[Material], List[np.ndarray], List[str]]:
     """What read_scene returns and notes, as values that go from one process to another."""
     report = ImportReport(path, "DAE")
-    scene, materials = read_scene(path, report)
-    return vars(scene), materials, report.notes
+    images: List[np.ndarray] = []
+    scene, materials = read_scene(path, report, images)
+    return vars(scene), materials, images, report.notes
 
 
-def read_scene(path: PathLike, report: ImportReport) -> Tuple[Scene, List[Material]]:
+def read_scene(
+    path: PathLike, report: ImportReport, images: Optional[List[np.ndarray]] = None
+) -> Tuple[Scene, List[Material]]:
     """Every instance of every mesh, moved by the transforms above it, and the materials.
 
-    Axes: x right, y up, z to the viewer; meters. A material has "color" [red, green, blue] from 0
-    to 255 and "texture", the name of a file, or None.
+    Axes: x right, y up, z to the viewer; meters (of FBX neither is applied). A material has "color"
+    [red, green, blue] from 0 to 255 and "texture", the name of a file, or None; "*2" is the third
+    of the images in the file itself, whose bytes images gets.
     """
     library = _library(path)
     scene = library.aiImportFile(os.fsencode(path), _TRIANGULATE | _SORT_BY_KIND)
@@ -130,9 +147,21 @@ def read_scene(path: PathLike, report: ImportReport) -> Tuple[Scene, List[Materi
             _material(library, scene.contents.materials[i])
             for i in range(scene.contents.material_count)
         ]
+        if images is not None:
+            images += _images(scene.contents)
         return joined(parts, report), materials
     finally:
         library.aiReleaseImport(scene)
+
+
+def _images(scene) -> List[np.ndarray]:
+    """The bytes of the images in the file; none of one that is not compressed."""
+    found = []
+    for index in range(scene.texture_count):
+        texture = scene.textures[index].contents
+        count = texture.width if not texture.height and texture.data else 0
+        found.append(np.frombuffer(ctypes.string_at(texture.data, count), np.uint8))
+    return found
 
 
 def _material(library, material) -> Material:
