@@ -92,6 +92,7 @@ def test_info_for_programs(square, tmp_path, capsys):
         "labels": {"count": 0, "classes": {}},
         "unsaved_labels": 0,
         "features": None,
+        "seams": None,
         "source": file.source,
         "notes": [],
         "arrays_read": ["vertices", "layer cost", "layer none"],

@@ -309,14 +309,15 @@ def test_textures_beside_the_file_and_in_the_json(read):
 
 
 def test_seams(read):
-    mesh, report = read(textured(seam=True))
+    mesh, report = read(textured(seam=True), split_seams=False)
     assert mesh.texture_coordinates is None and not mesh.textures and len(mesh.vertices) == 4
     assert mesh.materials.texture_indices.tolist() == [-1]
     assert (
-        "texture coordinates left out: 1 vertices have several (seams); --split-seams splits them"
+        "texture coordinates left out: 1 vertices have several (seams); --split-seams keeps them"
         in report.notes
     )
-    mesh, report = read(textured(seam=True), split_seams=True)
+    mesh, report = read(textured(seam=True))
+    assert mesh.seam_originals.tolist() == [0]
     assert np.array_equal(mesh.vertices, SQUARE[[0, 1, 2, 3, 0]])
     assert mesh.faces.tolist() == [[0, 1, 2], [4, 2, 3]]
     assert mesh.texture_coordinates[4].tolist() == [0.5, 0.5] and len(mesh.textures) == 1

@@ -147,13 +147,14 @@ def test_vertices_at_the_same_place_merge():
     assert (report.merged, report.dropped_faces) == (3, 1)
 
 
-def test_chains_merge_and_seams_do_not():
+def test_chains_merge_and_seams_keep_copies():
     vertices = [[0, 0, 0], [0.09, 0, 0], [0.18, 0, 0], [5, 0, 0], [5, 5, 0], [5, 0, 0.05]]
     mesh = annotated(vertices, [[2, 3, 4], [1, 5, 4]])
     mesh.texture_coordinates = np.zeros((6, 2), np.float32)
     mesh.texture_coordinates[5] = 1
     result, _ = merged(mesh, 0.1)
-    assert np.array_equal(result.vertices, mesh.vertices[[0, 3, 4, 5]])
+    assert np.array_equal(result.vertices, mesh.vertices[[0, 3, 4, 3]])
+    assert result.seam_originals.tolist() == [1] and len(result.parent_vertices) == 3
     assert result.faces.tolist() == [[0, 1, 2], [0, 3, 2]]
     check_follows(result, [0, 3, 4, 5], [0, 1])
     mesh.texture_coordinates = None

@@ -107,36 +107,56 @@ def test_several_names_in_a_line(read):
 SEAMS = "f 1/1 2/2 3/3\nf 1/2 3/4 4/4\nf 4/4 1/2 2/2\n"
 
 
-def test_seams_leave_coordinates_out(read):
+def test_seams_leave_coordinates_out_on_request(read):
     files = {"a.mtl": mtl(color="1 0 0"), "a.png": image_bytes(IMAGE)}
-    mesh, report = read("a.obj", textured_obj(SEAMS), files)
+    mesh, report = read("a.obj", textured_obj(SEAMS), files, split_seams=False)
+    assert mesh.source["options"] == {"split_seams": False} and mesh.seam_originals is None
     assert mesh.texture_coordinates is None and not mesh.textures
     assert mesh.materials.colors.tolist() == [[255, 0, 0]]
     assert mesh.materials.texture_indices.tolist() == [-1]
     assert len(mesh.vertices) == 4
     assert report.notes == [
-        "texture coordinates left out: 2 vertices have several (seams); --split-seams splits them",
+        "texture coordinates left out: 2 vertices have several (seams); --split-seams keeps them",
         "left out: 1 textures, for want of coordinates",
     ]
 
 
-def test_seams_are_split_on_request(read):
+def test_seams_without_textures_are_split_on_request(read):
+    """Coordinates alone show nothing."""
+    mesh, report = read("a.obj", textured_obj(SEAMS), {"a.mtl": "newmtl stone\nKd 1 0 0\n"})
+    assert len(mesh.vertices) == 4 and mesh.texture_coordinates is None
+    assert mesh.seam_originals is None and mesh.materials.colors.tolist() == [[255, 0, 0]]
+    assert report.notes == [
+        "texture coordinates left out: 2 vertices have several (seams); --split-seams keeps them"
+    ]
+    assert (report.split, "options" in mesh.source) == (0, False)
+    mesh, report = read("a.obj", textured_obj(SEAMS), split_seams=True)
+    assert len(mesh.vertices) == 6 and mesh.seam_originals.tolist() == [0, 2]
+    assert mesh.source["options"] == {"split_seams": True}
+
+
+def test_seams_are_split(read):
     files = {"a.mtl": mtl(), "a.png": image_bytes(IMAGE)}
     normals = "".join("vn 0 0 %d\n" % i for i in (1, 2, 3, 4))
     text = textured_obj(vt=VT + normals, faces="")
     faces = [[(1, 1), (2, 2), (3, 3)], [(1, 2), (3, 4), (4, 4)], [(4, 4), (1, 2), (2, 2)]]
     for face in faces:
         text += "f %s\n" % " ".join("%d/%d/%d" % (v, t, v) for v, t in face)
-    mesh, report = read("a.obj", text, files, split_seams=True)
+    mesh, report = read("a.obj", text, files)
     assert np.array_equal(mesh.vertices[:4], SQUARE)
     assert np.array_equal(mesh.vertices[4:], SQUARE[[0, 2]])
     assert mesh.faces.tolist() == [[0, 1, 2], [4, 5, 3], [3, 4, 1]]
     assert mesh.vertex_normals[:, 2].tolist() == [1, 2, 3, 4, 1, 3]
     uv = mesh.texture_coordinates[mesh.faces]
     assert uv.tolist() == [[list(UV[t - 1]) for _, t in face] for face in faces]
-    assert report.split == 2
-    assert report.notes == ["2 seam vertices were split: 2 vertices appended"]
-    assert mesh.source["options"] == {"split_seams": True}
+    assert report.split == 2 and len(mesh.textures) == 1
+    assert report.notes == [
+        "textures have seams at 2 vertices: the last 2 vertices are copies of them"
+    ]
+    assert "options" not in mesh.source and mesh.seam_originals.tolist() == [0, 2]
+    other, _ = read("a.obj", text, files, split_seams=False)
+    assert mesh.parent_uuid == other.uuid and np.array_equal(mesh.parent_faces, other.faces)
+    assert np.array_equal(mesh.parent_vertices, other.vertices)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -211,13 +231,14 @@ def test_ply_seams(read):
     lists = [[UV[0], UV[1], UV[2]], [UV[3], UV[2], UV[3]], [UV[0], UV[2], UV[3]]]
     data = wedge_ply(numbers=(0, 0, 0), lists=lists, files=("a.png",))
     files = {"a.png": image_bytes(IMAGE)}
-    mesh, report = read("a.ply", data, files)
+    mesh, report = read("a.ply", data, files, split_seams=False)
     assert mesh.texture_coordinates is None and mesh.materials is None and not mesh.textures
     assert report.notes == [
-        "texture coordinates left out: 2 vertices have several (seams); --split-seams splits them",
+        "texture coordinates left out: 2 vertices have several (seams); --split-seams keeps them",
         "left out: 1 textures, for want of coordinates",
     ]
-    mesh, report = read("a.ply", data, files, split_seams=True)
+    mesh, report = read("a.ply", data, files)
+    assert mesh.seam_originals.tolist() == [0, 1]
     assert mesh.faces.tolist() == [[0, 1, 2], [4, 2, 3], [0, 5, 3]]
     assert mesh.texture_coordinates[mesh.faces].tolist() == [
         [list(p) for p in row] for row in lists

@@ -8,6 +8,7 @@ from typing import Any, Collection, Dict, Optional
 import numpy as np
 
 from mesh_msgs.checks import findings, geometry
+from mesh_msgs.split_mesh import copies_fault
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.exact import to_exact
 from mesh_msgs_hdf5.model import schema
@@ -344,7 +345,18 @@ def checked_mesh(path: PathLike, mesh: Mesh) -> Mesh:
         features=None if features is None else checked_features(path, features),
         origin=checked_origin(path, mesh.origin),
         crs=checked_crs(path, mesh.crs),
+        seam_originals=None if mesh.seam_originals is None else checked_seams(path, mesh),
     )
+
+
+def checked_seams(path: PathLike, mesh: Mesh) -> np.ndarray:
+    """(C,) uint32: which vertices of a mesh are copies of which, if that is so."""
+    name = "%s/%s" % (schema.SEAMS, schema.ORIGINALS)
+    originals = to_exact(np.asarray(mesh.seam_originals), "<u4", path, name)
+    fault = copies_fault(mesh.vertices, originals)
+    if fault is not None:
+        raise MapFileError("index", path, "%s: %s" % (name, fault), "without it the mesh is sound")
+    return originals
 
 
 def _checked_parameters(path, what, parameters, members):

@@ -44,8 +44,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--labels-from", metavar="CLASS[,INSTANCE]", type=_words, help=text)
     text = "names of the class numbers: a table as JSON (as of labels export --ids) or CSV (1,tree)"
     add("--label-names", metavar="FILE", help=text)
-    text = "give vertices with several texture coordinates or normals a copy for each"
-    add("--split-seams", action="store_true", help=text)
+    seams = parser.add_mutually_exclusive_group()
+    text = "give vertices with several texture coordinates a copy for each (default: where there"
+    more = " are textures)"
+    seams.add_argument("--split-seams", action="store_true", default=None, help=text + more)
+    text = "leave textures out where they need such copies"
+    seams.add_argument("--no-split-seams", dest="split_seams", action="store_false", help=text)
     add(
         "--merge-vertices",
         metavar="TOL",

@@ -57,6 +57,9 @@ def _rows(summary):
         yield "texture", ("{index}" + size).format(**texture)
     if summary["texture_coordinates"]:
         yield "uv", "texture coordinates of the vertices"
+    if summary["seams"]:
+        text = "of textures at {vertices} vertices: {copies} copies of them"
+        yield "seams", (text + ", of the mesh {parent_uuid}").format(**summary["seams"])
     if summary["materials"]:
         yield "materials", "{count}, {textured} with a texture".format(**summary["materials"])
     if summary["labels"]["count"]:

@@ -73,6 +73,7 @@ def _summary(file: Members, fast: bool, notes: List[str]) -> Dict[str, Any]:
     summary["texture_coordinates"] = None if fast else file.texture_coordinates is not None
     if summary["texture_coordinates"]:
         read.append("texture coordinates")
+    summary["seams"] = None if fast or not file.has_seams else _seams(file, read)
     materials = None if fast else file.materials
     summary["materials"] = None
     if materials is not None:
@@ -153,6 +154,19 @@ def _texture(file, index, fast, read):
     height, width, channels = file.texture(index).shape
     read.append("texture %d" % index)
     return {"index": index, "width": width, "height": height, "channels": channels}
+
+
+def _seams(file, read):
+    """Of a mesh with copies of vertices along seams of textures; None if its table is no good."""
+    originals = file.seam_originals
+    if originals is None:
+        return None
+    read += ["faces", "copies along seams"]
+    return {
+        "copies": len(originals),
+        "vertices": len(np.unique(originals)),
+        "parent_uuid": file.parent_uuid,
+    }
 
 
 def _labels(file, fast, read):

@@ -214,6 +214,9 @@ def _textures(one, other, vertices, faces, tolerance):
     a, b = one.texture_coordinates, other.texture_coordinates
     if (yield from _are_there("texture_coordinates", a, b)) and vertices:
         yield from numbers("texture_coordinates", a, b, tolerance)
+    a, b = (file.seam_originals if file.has_seams else None for file in (one, other))
+    if (yield from _are_there("seams", a, b)) and vertices:
+        yield from numbers("seams", a, b, 0.0)
     a, b = one.materials, other.materials
     if (yield from _are_there("materials", a, b)):
         yield from numbers("materials/colors", a.colors, b.colors, 0.0)

@@ -27,6 +27,7 @@ class MeshMembers:
         self.vertex_count, self.face_count = len(mesh.vertices), len(mesh.faces)
         self.has_normals = mesh.vertex_normals is not None
         self.has_colors = mesh.vertex_colors is not None
+        self.has_seams = mesh.seam_originals is not None
 
     def __enter__(self) -> "MeshMembers":
         return self

@@ -11,6 +11,7 @@ from mesh_msgs.checks.rounding import is_too_much
 from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
+from mesh_msgs_hdf5.formats.base.corners import note_seams
 from mesh_msgs_hdf5.formats.base.foreign_labels import ClassNames, take_numbered_labels
 from mesh_msgs_hdf5.formats.base.movement import move_rest
 from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed, told_up
@@ -22,6 +23,7 @@ from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.model.edit import changed_labels
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
+from mesh_msgs_hdf5.model.seams import without_copies
 
 
 # Each format is imported when the first file of it is read: nodes read map files, and start sooner.
@@ -183,7 +185,7 @@ def too_much_rounded(path: PathLike, change: float) -> MapFileError:
 def _from_format(path, kind, options, report):
     data = read_file(path)
     options = told_up(path, options, stated_up(kind, data), report.format)
-    mesh = FORMATS[kind][1](path, data, options, report)
+    mesh = _seamed(FORMATS[kind][1](path, data, options, report), options, report)
     if options.matrix is not None:
         move_rest(mesh, options.matrix, mesh.origin, report)
     if options.labels_from and kind != "obj":  # whose groups its reader knows
@@ -196,6 +198,25 @@ def _from_format(path, kind, options, report):
 def _take_labels(path, mesh, options, report):
     names = ClassNames(dict(options.label_names), dict(options.label_texts))
     take_numbered_labels(path, mesh, options.labels_from, names, report)
+
+
+def _seamed(mesh, options, report):
+    """The mesh with its copies along seams, if they are wanted."""
+    originals = mesh.seam_originals
+    if originals is None:
+        return mesh
+    count = len(set(originals.tolist()))
+    # the coordinates of our exports are left as they are
+    alone = options.split_seams is None and report.split and not mesh.textures
+    if alone or options.split_seams is False:
+        note_seams(count, report)
+        report.split = 0
+        if mesh.textures:
+            report.note("left out: %d textures, for want of coordinates", len(mesh.textures))
+        return without_copies(mesh)
+    text = "textures have seams at %d vertices: the last %d vertices are copies of them"
+    report.note(text, count, len(originals))
+    return mesh
 
 
 def _mended(path, mesh, options, report):
@@ -247,6 +268,8 @@ def _from_map(path, part, label_changes, options, report):
         move_rest(mesh, options.matrix, before, report)
     if options.labels_from:
         _take_labels(path, mesh, options, report)
+    if options.split_seams is False:
+        mesh = _seamed(mesh, options, report)
     # what was read is checked already; merging and repairing keep it sound
     mesh = _mended(path, mesh, options, report)
     mesh.source = dict(mesh.source, options=options.recorded())

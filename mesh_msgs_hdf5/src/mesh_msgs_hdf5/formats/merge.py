@@ -16,28 +16,31 @@ def merge_vertices(path: PathLike, mesh: Mesh, tolerance: float, report: ImportR
     """A Mesh in which vertices at most tolerance meters apart are one (0: at the same position).
 
     Chains merge too: a and c through b. The first vertex of each group stays, with its position and
-    values; vertices of different texture coordinates never merge. Faces that have no area left are
-    dropped. Vertices that are not finite stay.
+    values. Those with other texture coordinates become copies of it along a seam (see Mesh), at its
+    position. Faces that have no area left are dropped. Vertices that are not finite stay.
     """
-    # groups are numbered by their first vertex, so that the order of vertices stays
-    groups = np.unique(_groups(path, mesh, tolerance), return_index=True, return_inverse=True)
-    first, number = by_appearance(*groups[1:])
-    count = len(mesh.vertices) - len(first)
-    if not count:
+    first, group = _groups(path, mesh, tolerance)
+    rows, number, originals = _copies(mesh, first, group)
+    count = len(mesh.vertices) - len(rows)
+    if not count and np.array_equal(originals, _none_if(mesh.seam_originals)):
         report.note("merging within %g m: there was nothing to merge", tolerance)
         return mesh
     report.merged += count
     report.note("merging within %g m: %d vertices fell into others", tolerance, count)
-    sound = _distinct(mesh.faces)
-    faces = number[mesh.faces].astype(np.uint32)
-    result = take_vertices(mesh, first)
-    result.faces = faces
-    gone = sound & ~_distinct(faces)
+    result = take_vertices(mesh, rows)
+    result.faces = number[mesh.faces].astype(np.uint32)
+    if len(originals):
+        own = len(rows) - len(originals)
+        result.vertices[own:] = result.vertices[originals]
+        result.seam_originals = originals.astype(np.uint32)
+        text = "merging: %d more are copies of them along seams of textures"
+        report.note(text, len(originals))
+    gone = _distinct(mesh.parent_faces) & ~_distinct(result.parent_faces)
     if gone.any() and gone.all():
         raise MapFileError(
             "value",
             path,
-            "merging within %g m leaves no face of %d" % (tolerance, len(faces)),
+            "merging within %g m leaves no face of %d" % (tolerance, len(mesh.faces)),
             _SMALLER,
         )
     if gone.any():
@@ -51,31 +54,50 @@ def merge_vertices(path: PathLike, mesh: Mesh, tolerance: float, report: ImportR
     return result
 
 
+def _none_if(originals):
+    return np.zeros(0) if originals is None else originals
+
+
 def _distinct(faces):
     """(F,) which faces name three vertices."""
     return (faces != np.roll(faces, 1, axis=1)).all(axis=1)
 
 
 def _groups(path, mesh, tolerance):
-    """(V,) a number for each vertex: the same for those that become one."""
-    keys = [mesh.vertices + np.float32(0)]
-    if mesh.texture_coordinates is not None:
-        keys.append(mesh.texture_coordinates + np.float32(0))
-    first, group = equal_rows(np.concatenate(keys, axis=1).T)
-    if not tolerance:
-        return group
-    positions = mesh.vertices[first].astype(np.float64)
-    finite = np.flatnonzero(np.isfinite(positions).all(axis=1))
-    near = _near_groups(path, positions[finite], tolerance, keys[1:], first[finite])
-    joined = np.arange(len(first))
-    # the lowest number in each group stands for it
-    lowest = np.full(len(finite), len(first), np.int64)
-    np.minimum.at(lowest, near, finite)
-    joined[finite] = lowest[near]
-    return joined[group]
+    """(first vertex of each group, group of each vertex (V,)) of those that become one, in the
+    order of the first ones."""
+    first, group = equal_rows((mesh.vertices + np.float32(0)).T)
+    if tolerance:
+        positions = mesh.vertices[first].astype(np.float64)
+        finite = np.flatnonzero(np.isfinite(positions).all(axis=1))
+        near = _near_groups(path, positions[finite], tolerance)
+        joined = np.arange(len(first))
+        # the lowest number in each group stands for it
+        lowest = np.full(len(finite), len(first), np.int64)
+        np.minimum.at(lowest, near, finite)
+        joined[finite] = lowest[near]
+        group = joined[group]
+    if mesh.seam_originals is not None:  # also of vertices that are not finite
+        group[len(mesh.parent_vertices) :] = group[mesh.seam_originals]
+    return by_appearance(*np.unique(group, return_index=True, return_inverse=True)[1:])
 
 
-def _near_groups(path, positions, tolerance, more_keys, rows):
+def _copies(mesh, first, group):
+    """(rows of the mesh that stay, number of each vertex among them (V,), of which of them the last
+    ones are copies): one for each group, and one for each further pair of texture coordinates."""
+    coordinates = mesh.texture_coordinates
+    if coordinates is None:
+        return first, group, np.zeros(0, np.int64)
+    columns = (group, *(coordinates + np.float32(0)).T)
+    rows, pair = by_appearance(*equal_rows(columns))
+    is_copy = rows != first[group[rows]]
+    order = np.argsort(is_copy, kind="stable")
+    number = np.zeros(len(order), np.int64)
+    number[order] = np.arange(len(order))
+    return rows[order], number[pair], group[rows[is_copy]]
+
+
+def _near_groups(path, positions, tolerance):
     """(N,) groups of positions that chains of neighbors connect."""
     # these take half a second to import, and few imports merge
     from scipy.sparse import coo_matrix
@@ -93,9 +115,6 @@ def _near_groups(path, positions, tolerance, more_keys, rows):
             _SMALLER,
         )
     near = tree.query_pairs(tolerance, output_type="ndarray")
-    for key in more_keys:
-        same = (key[rows[near[:, 0]]] == key[rows[near[:, 1]]]).all(axis=1)
-        near = near[same]
     shape = (len(positions), len(positions))
     graph = coo_matrix((np.ones(len(near), np.int8), (near[:, 0], near[:, 1])), shape)
     return connected_components(graph, directed=False)[1]

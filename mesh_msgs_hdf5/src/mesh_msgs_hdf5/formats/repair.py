@@ -14,6 +14,8 @@ from mesh_msgs_hdf5.model.mesh import Mesh
 def repair(path: PathLike, mesh: Mesh, report: ImportReport) -> Mesh:
     """A Mesh without what makes trouble; order is kept, layers, colors and labels follow.
 
+    Copies of vertices along seams of textures are one vertex with their original here.
+
     Dropped: faces at vertices that are not finite, faces without area, faces that name the same
     three vertices as an earlier one (their labels go to that one), then vertices without faces.
     Turned: faces that run against their neighbors, so that fewer are turned than left.
@@ -25,11 +27,8 @@ def repair(path: PathLike, mesh: Mesh, report: ImportReport) -> Mesh:
     mesh = _without_duplicates(mesh, report)
     if not len(mesh.faces):
         raise MapFileError("no_faces", path, "repairing leaves no face", "is it a mesh?")
-    used = np.zeros(len(mesh.vertices), bool)
-    used[mesh.faces] = True
-    if not used.all():
-        mesh = _without_vertices(mesh, used, report)
-    flip, one_sided = faces_to_flip(mesh.faces)
+    mesh = _without_vertices(mesh, report)
+    flip, one_sided = faces_to_flip(mesh.parent_faces)
     if one_sided:
         report.note("repair: %d faces are of one-sided surfaces and were not turned", one_sided)
     if flip.any():
@@ -76,7 +75,7 @@ def _has_area(mesh):
 
 
 def _without_duplicates(mesh, report):
-    first, group = equal_rows(np.sort(mesh.faces, axis=1).T)
+    first, group = equal_rows(np.sort(mesh.parent_faces, axis=1).T)
     if len(first) == len(group):
         return mesh
     twins = first[group]
@@ -87,17 +86,43 @@ def _without_duplicates(mesh, report):
     return take_faces(mesh, np.flatnonzero(keep), twins)
 
 
-def _without_vertices(mesh, used, report):
-    gone = np.flatnonzero(~used)
-    report.dropped_vertices += len(gone)
-    report.note(
-        "repair: %d vertices without faces were dropped, first vertex %d", len(gone), gone[0]
-    )
-    number = np.cumsum(used) - 1
-    faces = number[mesh.faces].astype(np.uint32)
-    mesh = take_vertices(mesh, np.flatnonzero(used))
+def _without_vertices(mesh, report):
+    """The mesh without vertices that no face has; a copy may take the place of its original."""
+    used = np.zeros(len(mesh.vertices), bool)
+    used[mesh.faces] = True
+    if used.all():
+        return mesh
+    own = len(mesh.parent_vertices)
+    of_parent = np.arange(own)
+    if mesh.seam_originals is not None:
+        of_parent = np.concatenate([of_parent, mesh.seam_originals.astype(np.int64)])
+    # of each vertex of the parent that stays the first one that is used, and then the others
+    kept = np.flatnonzero(used)
+    parents, first = np.unique(of_parent[kept], return_index=True)
+    is_copy = np.ones(len(kept), bool)
+    is_copy[first] = False
+    copies = kept[is_copy]
+    _note_dropped(np.setdiff1d(np.arange(own), parents), len(used) - own - len(copies), report)
+    rows = np.concatenate([kept[first], copies])
+    number = np.zeros(len(used), np.int64)
+    number[rows] = np.arange(len(rows))
+    faces, coordinates = number[mesh.faces].astype(np.uint32), mesh.texture_coordinates
+    mesh = take_vertices(mesh, np.concatenate([parents, copies]))
     mesh.faces = faces
+    mesh.texture_coordinates = None if coordinates is None else coordinates[rows]
+    if len(copies):
+        mesh.seam_originals = np.searchsorted(parents, of_parent[copies]).astype(np.uint32)
     return mesh
+
+
+def _note_dropped(gone, copies, report):
+    report.dropped_vertices += len(gone)
+    if len(gone):
+        report.note(
+            "repair: %d vertices without faces were dropped, first vertex %d", len(gone), gone[0]
+        )
+    if copies > 0:
+        report.note("repair: there are %d copies less along seams of textures", copies)
 
 
 def faces_to_flip(faces: np.ndarray) -> Tuple[np.ndarray, int]:

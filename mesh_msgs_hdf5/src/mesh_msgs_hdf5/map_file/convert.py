@@ -46,6 +46,7 @@ _KNOWN_ATTRIBUTES = frozenset(IMAGE_ATTRIBUTES) | {
     schema.PARAMETERS,
     schema.LABEL_COLOR,
     schema.FEATURE_LOCATION,
+    schema.PARENT_UUID,
     TEXT,
 }
 

@@ -25,6 +25,7 @@ MEMBERS = (
     *("layer_names", "vertex_costs", "layer_parameters", "all_layer_parameters"),
     *("face_attribute_names", "face_attribute", "face_parameters"),
     *("texture_indices", "texture", "textures_form", "materials", "features"),
+    *("has_seams", "seam_originals", "parent_uuid"),
     *("label_names", "label", "labels"),
     *("frame_id", "origin", "crs", "source", "stored_uuid"),
     *("parts", "other_contents", "read"),

@@ -4,6 +4,7 @@ from typing import Any, Dict, Optional, Tuple
 
 import numpy as np
 from mesh_msgs.identity import geometry_uuid
+from mesh_msgs.split_mesh import original_vertices
 
 Color = Tuple[int, int, int]
 
@@ -70,6 +71,9 @@ class Mesh:
         georeferenced maps near zero, where float32 is exact (REP 103).
     crs: the coordinate reference system of origin, e.g. "EPSG:25832"; "" if not known.
     source: where the mesh comes from (what json can write).
+    seam_originals: (C,) uint32, or None: the last C vertices are copies of these, which are among
+        the others, along the seams of textures. So this is a derived mesh, and its parent is the
+        mesh without the copies (mesh_msgs.split_mesh).
     """
 
     vertices: np.ndarray
@@ -89,8 +93,31 @@ class Mesh:
     features: Optional[Features] = None
     origin: Tuple[float, float, float] = (0.0, 0.0, 0.0)
     crs: str = ""
+    seam_originals: Optional[np.ndarray] = None
 
     @property
     def uuid(self) -> str:
         """The version 5 UUID of vertices and faces (computed at each call)."""
         return geometry_uuid(self.vertices, self.faces)
+
+    @property
+    def parent_vertices(self) -> np.ndarray:
+        """(V - C, 3): without the copies along seams."""
+        copies = 0 if self.seam_originals is None else len(self.seam_originals)
+        return self.vertices[: len(self.vertices) - copies]
+
+    @property
+    def parent_faces(self) -> np.ndarray:
+        """(F, 3) uint32: with the originals for the copies along seams (computed at each call)."""
+        if self.seam_originals is None:
+            return self.faces
+        originals = original_vertices(len(self.vertices), self.seam_originals)
+        return originals.astype(np.uint32)[self.faces]
+
+    @property
+    def parent_uuid(self) -> str:
+        """The UUID of the mesh without the copies along seams; "" if there are none (computed at
+        each call)."""
+        if self.seam_originals is None:
+            return ""
+        return geometry_uuid(self.parent_vertices, self.parent_faces)

@@ -18,6 +18,9 @@ LABELS = "labels"
 TEXTURES = "textures"
 GROUPS = (CHANNELS, "clustersets", LABELS, TEXTURES)
 FACE_ATTRIBUTES = "face_attributes"  # a group of our own: name -> [F] or [F,C]
+SEAMS = "seams"  # a group of our own, of a mesh with copies of vertices along seams of textures
+ORIGINALS = "originals"  # in seams: <u4 [C], the vertices that the last C are copies of
+PARENT_UUID = "parent_uuid"  # text, of originals: of the mesh without the copies
 
 VERTICES = "vertices"
 FACES = "face_indices"

@@ -9,6 +9,7 @@ from mesh_msgs_hdf5.formats.any_mesh import Members, is_map_file, open_members
 from mesh_msgs_hdf5.isolation import isolated
 from mesh_msgs_hdf5.map_file.writing.lvr2_part import lvr2_part_name
 from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, WARNING, MapFinding
 from mesh_msgs_hdf5.validation.validate_beside import check_journal, check_temporaries
 from mesh_msgs_hdf5.validation.validate_shape import check_shape
@@ -21,7 +22,7 @@ from mesh_msgs_hdf5.validation.validate_values import (
 )
 
 _SINGLE = ("frame_id", "origin", "crs", "source", "vertices", "faces", "vertex_normals")
-_SINGLE += ("vertex_colors", "texture_coordinates", "materials", "features")
+_SINGLE += ("vertex_colors", "texture_coordinates", "materials", "features", "seam_originals")
 
 
 def validate(
@@ -70,10 +71,14 @@ def _validate_members(file: Members, form, progress) -> List[MapFinding]:
             findings += _uuid(file, vertices, faces)
             findings += _lvr2(file)
             findings += check_journal(file)
+        # copies along seams of textures are one vertex
+        whole = Mesh(vertices, faces, seam_originals=members.get("seam_originals"))
         progress("checking the faces")
-        findings += check_topology(len(vertices), faces)
+        findings += check_topology(len(whole.parent_vertices), whole.parent_faces)
         progress("checking the shape")
-        findings += check_shape(vertices, faces, members.get("vertex_normals"))
+        normals = members.get("vertex_normals")
+        normals = None if normals is None else normals[: len(whole.parent_vertices)]
+        findings += check_shape(whole.parent_vertices, whole.parent_faces, normals)
     coordinates, materials = (members.get(key) for key in ("texture_coordinates", "materials"))
     findings += check_textures(members.get("textures", ()), materials, coordinates)
     return findings

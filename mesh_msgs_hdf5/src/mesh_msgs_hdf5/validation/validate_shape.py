@@ -25,7 +25,7 @@ def check_shape(
         text = "coordinates up to %g m have steps of %g m in float32 (import with --origin auto)"
         yield MapFinding("far_from_origin", WARNING, "vertices", text % (largest, step))
     text = "vertices have the position of an earlier one (import with --merge-vertices"
-    text += ", which keeps those of texture seams)"
+    text += ", which makes copies of those along seams of textures)"
     plain = (vertices + np.float32(0)).view(np.uint32)  # -0 is 0
     yield from found("duplicate_vertices", "vertices", text, is_repeated(plain))
     # twice the areas, squares of the longest edges, signs of z of normals; normals of vertices

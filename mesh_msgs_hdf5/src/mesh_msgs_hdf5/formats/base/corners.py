@@ -9,8 +9,6 @@ from mesh_msgs_hdf5.formats.base.remap import take_vertices
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.model.mesh import Mesh
 
-SPLIT = "--split-seams splits them"
-
 
 def agreed(index: np.ndarray, values: np.ndarray, vertex_count: int) -> Optional[np.ndarray]:
     """Values (vertex_count, ...) of vertices from values (N, ...) of corners.
@@ -27,22 +25,38 @@ def agreed(index: np.ndarray, values: np.ndarray, vertex_count: int) -> Optional
     return result if same.all() else None
 
 
+def note_seams(count: int, report: ImportReport) -> None:
+    """Say that texture coordinates are left out because so many vertices have several."""
+    text = "texture coordinates left out: %d vertices have several (seams); --split-seams"
+    report.note(text + " keeps them", count)
+
+
 def note_missing(count: int, report: ImportReport) -> None:
     """Say how many corners have no texture coordinates."""
     if count:
         report.note("%d face corners have no texture coordinates", count)
 
 
-class Seams(NamedTuple):
+class CornerVertices(NamedTuple):
     """The outcome of texture_vertices.
 
-    coordinates: (V + len(sources), 2), or None: left out; index: (N,) vertex of each corner, as it
-    was or with the vertices that were split; sources: the vertex that each appended one is like.
+    coordinates: (V + len(originals), 2), or None: left out; index: (N,) vertex of each corner, as
+    it was or with the copies; originals: the vertex that each copy is one of.
     """
 
     coordinates: Optional[np.ndarray]
     index: np.ndarray
-    sources: np.ndarray
+    originals: np.ndarray
+
+    def given_to(self, mesh: Mesh, faces: np.ndarray) -> Mesh:
+        """The mesh with the coordinates and the copies that they need; faces: (F, 3) of index."""
+        if len(self.originals):
+            rows = np.append(np.arange(len(mesh.vertices)), self.originals)
+            mesh = take_vertices(mesh, rows)
+            mesh.faces = faces.astype(np.uint32)
+            mesh.seam_originals = self.originals.astype(np.uint32)
+        mesh.texture_coordinates = self.coordinates
+        return mesh
 
 
 def texture_vertices(
@@ -52,13 +66,13 @@ def texture_vertices(
     vertex_count: int,
     split: bool,
     report: ImportReport,
-) -> Seams:
+) -> CornerVertices:
     """Texture coordinates of vertices from those of corners.
 
     index: (N,) vertex of each corner; coordinates: (N, 2) float32; known: (N,) bool, which corners
     have one, or None for all. A vertex whose corners differ is split if asked for: the first
-    coordinates stay with it, a vertex for each further pair is appended behind all others; else
-    the coordinates are left out. The report says how many.
+    coordinates stay with it, a copy for each further pair is appended behind all others; else
+    the coordinates are left out, and the report says how many.
     """
     none = np.zeros(0, np.int64)
     coordinates = np.ascontiguousarray(coordinates + np.float32(0))  # -0.0 is 0.0
@@ -70,24 +84,21 @@ def texture_vertices(
             len(wrong),
             wrong[0],
         )
-        return Seams(None, index, none)
+        return CornerVertices(None, index, none)
     if not coordinates[at].any():
         if len(at):  # what some programs write where there are none
             report.note("texture coordinates left out: all of them are 0")
-        return Seams(None, index, none)
+        return CornerVertices(None, index, none)
     note_missing(len(index) - len(at), report)
     result = agreed(index[at], coordinates[at], vertex_count)
     if result is not None:
-        return Seams(result, index, none)
+        return CornerVertices(result, index, none)
     vertex, pair, first = _pairs(index[at], coordinates[at])
     own = np.ones(len(vertex), bool)
     own[1:] = vertex[1:] != vertex[:-1]
-    seams = len(np.unique(vertex[~own]))
     if not split:
-        report.note(
-            "texture coordinates left out: %d vertices have several (seams); %s", seams, SPLIT
-        )
-        return Seams(None, index, none)
+        note_seams(len(np.unique(vertex[~own])), report)
+        return CornerVertices(None, index, none)
     # the pairs that need a vertex of their own, in the order in which they come first
     extra = np.flatnonzero(~own)[np.argsort(first[~own], kind="stable")]
     place = vertex.copy()
@@ -97,8 +108,7 @@ def texture_vertices(
     moved = index.astype(np.int64)
     moved[at] = place[pair]
     report.split += len(extra)
-    report.note("%d seam vertices were split: %d vertices appended", seams, len(extra))
-    return Seams(result, moved, vertex[extra])
+    return CornerVertices(result, moved, vertex[extra])
 
 
 def with_corner_coordinates(
@@ -113,7 +123,7 @@ def with_corner_coordinates(
 
     coordinates: (N, 2) float32 of the corners of all polygons; known: (N,) bool.
     """
-    seams = texture_vertices(
+    found = texture_vertices(
         mesh.faces.reshape(-1),
         triangles.of_corners(coordinates),
         None if known.all() else triangles.of_corners(known),
@@ -121,11 +131,7 @@ def with_corner_coordinates(
         split,
         report,
     )
-    if len(seams.sources):
-        mesh = take_vertices(mesh, np.append(np.arange(len(mesh.vertices)), seams.sources))
-        mesh.faces = seams.index.astype(np.uint32).reshape(-1, 3)
-    mesh.texture_coordinates = seams.coordinates
-    return mesh
+    return found.given_to(mesh, found.index.reshape(-1, 3))
 
 
 def _pairs(index: np.ndarray, coordinates: np.ndarray) -> Tuple[np.ndarray, ...]:

@@ -23,8 +23,9 @@ class Options:
         bounding box, rounded to whole meters; "needed" does so where float32 would round the
         coordinates of the file by more than a tenth of the median edge; (x, y, z) subtracts that.
         What is subtracted becomes Mesh.origin.
-    split_seams: vertices that have several texture coordinates are split, else texture coordinates
-        are left out where that would be necessary.
+    split_seams: whether vertices that have several texture coordinates get a copy for each further
+        one; False leaves the coordinates, and so the textures, out where that is necessary. None
+        does so where the mesh has textures: coordinates alone show nothing.
     merge_vertices: None, or the distance in meters up to which vertices become one (0: exactly the
         same position).
     repair: drop or mend what makes trouble (see repair.py).
@@ -38,7 +39,7 @@ class Options:
     """
 
     origin: Union[None, str, Origin] = None
-    split_seams: bool = False
+    split_seams: Optional[bool] = None
     merge_vertices: Optional[float] = None
     repair: bool = False
     up: str = ""
@@ -64,8 +65,9 @@ class Options:
         """Those that are not the default."""
         names = ("origin", "split_seams", "merge_vertices", "repair")
         values = {name: getattr(self, name) for name in names}
-        left_alone = (None, False, NEEDED)
-        found = {k: v for k, v in values.items() if not any(v is other for other in left_alone)}
+        defaults = Options()
+        left_alone = {name: (getattr(defaults, name), NEEDED) for name in names}
+        found = {k: v for k, v in values.items() if not any(v is d for d in left_alone[k])}
         for name, usual in (
             *(("up", ""), ("scale", 1.0), ("transform", None)),
             *(("labels_from", ()), ("label_names", ())),
@@ -104,9 +106,10 @@ def checked_options(path: PathLike, **values: Any) -> Options:
             raise MapFileError(
                 "value", path, "merge_vertices %s is no distance" % text, "in meters, 0 or more"
             )
+    split = values.get("split_seams")
     return Options(
         origin,
-        bool(values.get("split_seams", False)),
+        None if split is None else bool(split),
         tolerance,
         bool(values.get("repair", False)),
         *_checked_movement(path, values),

@@ -10,7 +10,8 @@ from mesh_msgs_hdf5.model.mesh import Label, Materials, Mesh
 def take_vertices(mesh: Mesh, rows: np.ndarray) -> Mesh:
     """A Mesh with the vertices (and their values) of these rows (N,) of the mesh.
 
-    The faces stay as they are: giving them the new numbers is the caller's task.
+    The faces stay as they are: giving them the new numbers is the caller's task, and which of the
+    vertices are copies along seams.
     """
 
     def taken(values: Optional[np.ndarray]) -> Optional[np.ndarray]:
@@ -23,6 +24,7 @@ def take_vertices(mesh: Mesh, rows: np.ndarray) -> Mesh:
         vertex_colors=taken(mesh.vertex_colors),
         texture_coordinates=taken(mesh.texture_coordinates),
         vertex_costs={name: costs[rows] for name, costs in mesh.vertex_costs.items()},
+        seam_originals=None,
     )
 
 

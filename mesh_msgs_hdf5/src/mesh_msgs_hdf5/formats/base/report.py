@@ -17,9 +17,9 @@ class ImportReport:
 
     format: "PLY", "OBJ", "STL", "OFF", "DAE", "ZAE", "FBX", "3DS", "GLB", "glTF" or "HDF5"; vertices, faces, layers,
     face_attributes, materials, textures, labels: of the mesh; triangulated: polygons of more than
-    three corners in the file; merged: vertices that fell together; split: vertices appended at
-    seams of textures; dropped_vertices, dropped_faces, flipped: what repairing did; rounded: by how
-    much (meters) a coordinate changed at most by becoming float32.
+    three corners in the file; merged: vertices that fell together; split: copies of vertices
+    appended along seams of textures; dropped_vertices, dropped_faces, flipped: what repairing did;
+    rounded: by how much (meters) a coordinate changed at most by becoming float32.
     """
 
     path: str

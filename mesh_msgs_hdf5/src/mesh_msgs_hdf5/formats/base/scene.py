@@ -8,7 +8,6 @@ from mesh_msgs_hdf5.formats.base.corners import agreed, texture_vertices
 from mesh_msgs_hdf5.formats.base.movement import mirrors, moved_normals, moved_positions
 from mesh_msgs_hdf5.formats.base.options import Options, placed
 from mesh_msgs_hdf5.formats.base.polygons import triangle_edges, weld
-from mesh_msgs_hdf5.formats.base.remap import take_vertices
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.values import add_layer, normals_or_none
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
@@ -193,16 +192,13 @@ def welded_mesh(path: PathLike, scene: Scene, options: Options, report: ImportRe
             add_layer(path, mesh, name, costs, report)
     if scene.coordinates is not None and scene.known is not None:
         known = scene.known[rows]
-        seams = texture_vertices(
+        found = texture_vertices(
             index,
             scene.coordinates[rows],
             None if known.all() else known,
             len(vertices),
-            options.split_seams,
+            options.split_seams is not False,
             report,
         )
-        if len(seams.sources):
-            mesh = take_vertices(mesh, np.append(np.arange(len(vertices)), seams.sources))
-            mesh.faces = seams.index[number[scene.faces]].astype(np.uint32)
-        mesh.texture_coordinates = seams.coordinates
+        return found.given_to(mesh, found.index[number[scene.faces]])
     return mesh

@@ -63,6 +63,8 @@ def _document(path: PathLike, mesh: Mesh, builder: "_Builder", export: Export) -
     primitives = _primitives(mesh, builder, attributes, remarks)
     _add_images(mesh, builder, remarks)
     _add_face_values(mesh, builder, remarks)
+    if mesh.seam_originals is not None:
+        remarks.append({"seams": builder.view(mesh.seam_originals.astype("<u4").tobytes())})
     extras = {"mesh_tools": remark_texts(path, remarks)}
     document: Dict[str, Any] = {
         "asset": {

@@ -6,6 +6,7 @@ it was.
 from typing import Any, Dict, List, Optional
 
 import numpy as np
+from mesh_msgs.split_mesh import copies_fault
 
 from mesh_msgs_hdf5.formats.base.material_list import ImportedTextures, give_materials
 from mesh_msgs_hdf5.formats.base.options import Options
@@ -58,6 +59,7 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
     give_materials(mesh, materials, numbers, textures, exact and bool(file.items("materials")))
     if exact:
         _take_face_values(file, mesh, remarks, report)
+        _take_seams(file, mesh, remarks)
     return mesh
 
 
@@ -105,6 +107,16 @@ def _array(file: GltfFile, view: Any, kind: Any, rows: int, width: Any) -> Optio
     if len(data) != rows * width * np.dtype(kind).itemsize:
         return None
     return data.view("<" + kind).reshape(rows, width)
+
+
+def _take_seams(file, mesh, remarks):
+    """Which vertices are copies along seams of textures."""
+    for remark in about(remarks, "seams", int)[:1]:
+        data = np.frombuffer(file.view(remark["seams"]), np.uint8)
+        originals = data[: len(data) // 4 * 4].view("<u4")
+        useful = mesh.texture_coordinates is not None
+        if useful and copies_fault(mesh.vertices, originals) is None:
+            mesh.seam_originals = originals.astype(np.uint32)
 
 
 def _take_face_values(file, mesh, remarks, report):

@@ -17,6 +17,7 @@ from mesh_msgs_hdf5.formats.base.export_parts import (
     texture_files,
 )
 from mesh_msgs_hdf5.formats.base.remarks import Remark, color_list, mesh_remark, remark_texts
+from mesh_msgs_hdf5.formats.obj.obj_seams import is_one_line_enough, seams_remark
 from mesh_msgs_hdf5.model.errors import PathLike
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
@@ -29,34 +30,42 @@ def obj_of(path: PathLike, mesh: Mesh) -> Export:
     """The OBJ file, its MTL file and the textures."""
     export = Export()
     remarks = mesh_remark(mesh)
+    one_line = is_one_line_enough(mesh)
+    remarks += [seams_remark(mesh)] if one_line else []
     groups = _groups(mesh, remarks)
     head: List[str] = []
     if mesh.materials is not None or mesh.textures:
         _write_materials(path, mesh, export, remarks)
         head = ["mtllib %s.mtl" % file_stem(path)]
     comments = ["mesh_msgs_hdf5 " + __version__] + remark_texts(path, remarks)
-    parts = [lines(["# " + text for text in comments] + head), _vertices(mesh)]
+    parts = [lines(["# " + text for text in comments] + head)]
+    parts.append(_vertices(mesh, len(mesh.parent_vertices if one_line else mesh.vertices)))
     if mesh.texture_coordinates is not None:
         parts.append(text_rows("vt %s %s\n" % (_EXACT, _EXACT), mesh.texture_coordinates))
     if mesh.vertex_normals is not None:
         parts.append(text_rows("vn %s\n" % " ".join([_EXACT] * 3), mesh.vertex_normals))
-    parts += _faces(mesh, groups)
+    parts += _faces(mesh, groups, mesh.parent_faces if one_line else mesh.faces)
     export.content = b"".join(parts)
     export.leave_out(mesh, "OBJ", "vertex_costs", "face_attributes", "features")
     return export
 
 
-def _vertices(mesh: Mesh) -> bytes:
+def _vertices(mesh: Mesh, count: int) -> bytes:
+    """The first ones; the others are copies of them."""
+    vertices = mesh.vertices[:count]
     # the fewest digits from which float64 can be read again, where the vertices are georeferenced
     pattern = "v " + " ".join([_EXACT if mesh.vertices.dtype == np.float32 else "%r"] * 3)
     if mesh.vertex_colors is None:
-        return text_rows(pattern + "\n", mesh.vertices)
-    table = np.concatenate([mesh.vertices, _LEVELS[mesh.vertex_colors]], axis=1)
+        return text_rows(pattern + "\n", vertices)
+    table = np.concatenate([vertices, _LEVELS[mesh.vertex_colors[:count]]], axis=1)
     return text_rows(pattern + " %s %s %s\n" % ((_COLOR,) * 3), table)
 
 
-def _faces(mesh: Mesh, groups: Dict[str, str]) -> List[bytes]:
-    """f lines, with usemtl and g lines where material or labels change."""
+def _faces(mesh: Mesh, groups: Dict[str, str], corners: np.ndarray) -> List[bytes]:
+    """f lines, with usemtl and g lines where material or labels change.
+
+    corners: (F, 3) the v lines of the faces; vt and vn lines are the vertices of the mesh.
+    """
     texture, normal = mesh.texture_coordinates is not None, mesh.vertex_normals is not None
     corner = {
         (False, False): "%d",
@@ -66,6 +75,7 @@ def _faces(mesh: Mesh, groups: Dict[str, str]) -> List[bytes]:
     }[texture, normal]
     pattern = "f %s\n" % " ".join([corner] * 3)
     table = np.repeat(mesh.faces.astype(np.int64) + 1, corner.count("%"), axis=1)
+    table[:, :: corner.count("%")] = corners.astype(np.int64) + 1
     material = np.zeros(len(table), np.int64)
     if mesh.materials is not None:
         material = mesh.materials.face_materials.astype(np.int64)

@@ -36,6 +36,7 @@ from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.values import colors_or_none, coordinates_or_none, normals_or_none
 from mesh_msgs_hdf5.formats.obj.obj_lines import ObjLines, from_zero, read_lines
 from mesh_msgs_hdf5.formats.obj.obj_materials import face_materials, read_mtl_files
+from mesh_msgs_hdf5.formats.obj.obj_seams import remarked_originals, with_copies
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
@@ -78,14 +79,28 @@ def read_obj(path: PathLike, data: bytes, options: Options, report: ImportReport
     triangles = triangulate(counts, corners, positions, report)
     mesh = Mesh(vertices, triangles.faces, vertex_colors=colors, origin=origin)
     take_mesh_remark(path, mesh, remarks, report)
-    if lines.normals.rows:
-        index = _checked(path, written[:, 2], last[:, 2], lines.normals.rows, "normal")
-        mesh.vertex_normals = _normals(path, lines, corners, index, len(vertices), report)
+    originals, of_vertices, count = None, corners, len(vertices)
     if lines.coordinates.rows:
         index = _checked(
             path, written[:, 1], last[:, 1], lines.coordinates.rows, "texture coordinates"
         )
-        mesh = _with_coordinates(path, lines, mesh, triangles, corners, index, options, report)
+        if options.split_seams is not False:
+            rows = lines.coordinates.rows
+            originals = remarked_originals(remarks, corners, index, count, rows)
+    if originals is not None:
+        of_vertices, count = index, lines.coordinates.rows
+    normals = None
+    if lines.normals.rows:
+        of_normals = _checked(path, written[:, 2], last[:, 2], lines.normals.rows, "normal")
+        normals = _normals(path, lines, of_vertices, of_normals, count, report)
+    if originals is not None:
+        table = _coordinate_table(path, lines)
+        mesh = with_copies(mesh, originals, table, triangles, index, report)
+        mesh.vertex_normals = normals
+    else:
+        mesh.vertex_normals = normals
+        if lines.coordinates.rows:
+            mesh = _with_coordinates(path, lines, mesh, triangles, corners, index, options, report)
     _take_materials(path, lines, mesh, triangles, remarks, report)
     _take_labels(path, lines, mesh, triangles, remarks, report)
     for source in check_group_sources(path, options.labels_from):
@@ -178,21 +193,27 @@ def _normals(path, lines, corners, index, vertex_count, report):
     return normals_or_none(result, report)
 
 
-def _with_coordinates(path, lines, mesh, triangles, corners, index, options, report):
-    """The mesh with texture coordinates; where asked for, with split seams."""
+def _coordinate_table(path, lines):
+    """(N, 2) float64 of the vt lines."""
     values, counts = lines.coordinates.joined()
     if (counts > 3).any():
         raise MapFileError("format", path, "a texture coordinate (vt line) has four values", "")
     table = np.zeros((len(counts), 2))
     width = min(int(counts.max()), 2)
     table[:, :width] = _rows(values, counts)[:, :width]
+    return table
+
+
+def _with_coordinates(path, lines, mesh, triangles, corners, index, options, report):
+    """The mesh with texture coordinates; with copies of vertices along seams, if they may be."""
+    table = _coordinate_table(path, lines)
     if _is_own(corners, index, len(table), len(mesh.vertices)):
         note_missing(np.count_nonzero(index < 0), report)
         mesh.texture_coordinates = coordinates_or_none(table, report)
         return mesh
     with np.errstate(over="ignore"):
         found = table.astype(np.float32)[np.maximum(index, 0)]
-    split = options.split_seams
+    split = options.split_seams is not False
     return with_corner_coordinates(mesh, triangles, found, index >= 0, split, report)
 
 

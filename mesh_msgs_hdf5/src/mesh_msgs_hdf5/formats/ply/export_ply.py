@@ -11,7 +11,7 @@ from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.formats.base.export_parts import Export, lines, safe_name, texture_files
 from mesh_msgs_hdf5.formats.base.remarks import Remark, color_list, mesh_remark, remark_texts
 from mesh_msgs_hdf5.formats.ply.import_ply import COLORS, NORMAL, NO_LAYERS, POSITION
-from mesh_msgs_hdf5.formats.ply.ply_faces import CORNERS, FACE_COLORS, TEXTURE_FILE
+from mesh_msgs_hdf5.formats.ply.ply_faces import CORNERS, FACE_COLORS, SEAMS, TEXTURE_FILE
 from mesh_msgs_hdf5.formats.ply.ply_file import TYPES
 from mesh_msgs_hdf5.model.errors import PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -40,9 +40,15 @@ def ply_of(path: PathLike, mesh: Mesh) -> Export:
     kind = "i4" if len(mesh.vertices) < 1 << 31 else "u4"
     head += ["property list uchar %s vertex_indices" % _NAMES[kind]]
     head += ["property %s %s" % (_type(values), name) for name, values in faces]
+    seams: List[Column] = []
+    if mesh.seam_originals is not None:  # behind all that other programs read
+        seams = [(SEAMS[1], mesh.seam_originals)]
+        head += ["element %s %d" % (SEAMS[0], len(mesh.seam_originals))]
+        head += ["property %s %s" % (_type(values), name) for name, values in seams]
     table = [("count", np.full(len(mesh.faces), 3, np.uint8)), ("corners", mesh.faces.astype(kind))]
     export.content = b"".join(
         [lines(head + ["end_header"]), _table(vertices), _table(table + faces)]
+        + [_table(seams) for _ in seams]
     )
     export.leave_out(mesh, "PLY", "features")
     return export

@@ -1,5 +1,6 @@
 """PLY to Mesh: vertex order and count are kept."""
 import numpy as np
+from mesh_msgs.split_mesh import copies_fault
 
 from mesh_msgs_hdf5.formats.base.options import Options, placed
 from mesh_msgs_hdf5.formats.base.polygons import (
@@ -22,7 +23,7 @@ from mesh_msgs_hdf5.formats.base.values import (
     coordinates_or_none,
     normals_or_none,
 )
-from mesh_msgs_hdf5.formats.ply.ply_faces import CORNERS, FaceReader
+from mesh_msgs_hdf5.formats.ply.ply_faces import CORNERS, SEAMS, FaceReader
 from mesh_msgs_hdf5.formats.ply.ply_file import Element, PlyFile, columns, read_elements
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -64,6 +65,7 @@ def read_ply(path: PathLike, data: bytes, options: Options, report: ImportReport
     used = _take_vertex_properties(path, mesh, vertex, remarks, report)
     reader = FaceReader(path, file, triangles, remarks, options, report)
     mesh = reader.take(mesh)
+    _take_seams(file, mesh)
     _note_left_out(file, used, reader.used, report)
     return mesh
 
@@ -85,6 +87,17 @@ def _take_strips(path: PathLike, file: PlyFile, report: ImportReport) -> None:
     left_out = [p.name for p in strips.properties if p.name != found[0]]
     if left_out:
         report.note("left out: properties of the triangle strips (%s)", ", ".join(left_out))
+
+
+def _take_seams(file: PlyFile, mesh: Mesh) -> None:
+    """Which vertices are copies along seams of textures, if our export says so."""
+    name, key = SEAMS
+    originals = file.elements[name].values.get(key) if name in file.elements else None
+    if originals is None or originals.dtype.kind != "u" or mesh.seam_originals is not None:
+        return
+    if mesh.texture_coordinates is not None and copies_fault(mesh.vertices, originals) is None:
+        mesh.seam_originals = originals.astype(np.uint32)
+        del file.elements[name]
 
 
 def _polygons(path, face, vertex_count):

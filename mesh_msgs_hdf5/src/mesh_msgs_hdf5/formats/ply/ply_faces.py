@@ -31,6 +31,7 @@ from mesh_msgs_hdf5.model.mesh import Mesh
 CORNERS = ("vertex_indices", "vertex_index")
 FACE_COLORS = "face_colors"
 TEXTURE_FILE = "TextureFile "
+SEAMS = ("seam", "original")  # an element of our export, and its property: see Mesh.seam_originals
 _RGB = ("red", "green", "blue")
 
 
@@ -76,7 +77,7 @@ class FaceReader:
         found = np.zeros((len(known), 2), np.float32)
         with np.errstate(over="ignore"):
             found[known] = values[np.repeat(fits, numbers)].reshape(-1, 2)
-        split = self._options.split_seams
+        split = self._options.split_seams is not False
         return with_corner_coordinates(mesh, self._triangles, found, known, split, self._report)
 
     def _take_materials(self, mesh):

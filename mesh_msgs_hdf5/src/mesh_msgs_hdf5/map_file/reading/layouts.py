@@ -55,6 +55,7 @@ class Layout:
     lvr2_face_materials: str = ""
     face_attributes: str = ""
     face_arrays: Places = ()
+    seams: str = ""
     structure: Places = ()
     below: str = ""
 
@@ -81,8 +82,9 @@ S1 = Layout(
     lvr2_materials="materials",
     lvr2_face_materials="channels/face_material_indices",
     face_attributes=schema.FACE_ATTRIBUTES,
+    seams=schema.SEAMS,
     structure=_HDF5_MAP_IO
-    + ("channels", "channels/texture_features", "face_attributes", "materials"),
+    + ("channels", "channels/texture_features", "face_attributes", "materials", schema.SEAMS),
 )
 S0 = Layout(
     schema="S0",

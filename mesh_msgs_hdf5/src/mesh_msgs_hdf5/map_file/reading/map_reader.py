@@ -23,6 +23,7 @@ from mesh_msgs_hdf5.map_file.reading.label_reader import LabelReader
 from mesh_msgs_hdf5.map_file.reading.layouts import ROOT, default_part, find_parts, layout_of
 from mesh_msgs_hdf5.map_file.reading.material_reader import MaterialReader
 from mesh_msgs_hdf5.map_file.reading.named_arrays import NamedArrayReader
+from mesh_msgs_hdf5.map_file.reading.seam_reader import SeamReader
 from mesh_msgs_hdf5.map_file.reading.texture_reader import TextureReader
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
@@ -42,7 +43,13 @@ _MEMBERS = tuple(f.name for f in fields(Mesh) if f.name not in ("vertices", "fac
 
 
 class MapReader(
-    GeometryReader, NamedArrayReader, TextureReader, MaterialReader, LabelReader, FeatureReader
+    GeometryReader,
+    NamedArrayReader,
+    TextureReader,
+    MaterialReader,
+    LabelReader,
+    FeatureReader,
+    SeamReader,
 ):
     """One part of an open h5py.File. Opening reads names, shapes and attributes, no arrays.
 
@@ -179,6 +186,9 @@ class MapReader(
         for name in _PLACE + (_MEMBERS if members is None else tuple(members)):
             if name not in _PLACE + _MEMBERS:
                 raise MapFileError("value", self.path, "a mesh has no member %r" % name, "")
+            if name == "seam_originals":  # of the geometry that has just been read
+                mesh.seam_originals = self.originals_of(mesh.vertices, mesh.faces)
+                continue
             value = getattr(self, _NAMED[name][0] if name in _NAMED else name)
             if name in _NAMED:
                 value = self._all_of(value(), getattr(self, _NAMED[name][1]))
@@ -230,7 +240,7 @@ class MapReader(
         places = self.geometry_places()
         places += self.layer_places.values()
         places += self.face_attribute_places.values()
-        return places + self.texture_places() + self.material_places()
+        return places + self.texture_places() + self.material_places() + self.seam_places()
 
     def other_contents(self, within: Sequence[str] = ()) -> List[str]:
         """Paths of what is in the file but neither in this Mesh nor another part.

@@ -20,6 +20,7 @@ class PartNames:
     textures: FrozenSet[int]
     normals: bool
     colors: bool
+    seams: bool
 
     @classmethod
     def of_mesh(cls, mesh: Mesh) -> "PartNames":
@@ -33,6 +34,7 @@ class PartNames:
             textures=frozenset(mesh.textures),
             normals=mesh.vertex_normals is not None,
             colors=mesh.vertex_colors is not None,
+            seams=mesh.seam_originals is not None,
         )
 
     @classmethod
@@ -47,6 +49,7 @@ class PartNames:
             textures=frozenset(reader.texture_indices()),
             normals=reader.has_normals,
             colors=reader.has_colors,
+            seams=bool(reader.seam_places()),
         )
 
     def edited(self, edit: Edit) -> "PartNames":

@@ -64,6 +64,8 @@ class PartWriter:
             self.label(text, label)
         if mesh.features is not None:
             self.features(mesh.features)
+        if mesh.seam_originals is not None:
+            self.seams(mesh.seam_originals, mesh.parent_uuid)
 
     def header(
         self,
@@ -137,6 +139,11 @@ class PartWriter:
         for index, (place, descriptor) in enumerate(zip(features.locations, features.descriptors)):
             stored = self._writer.array(group, str(index), descriptor, many=True)
             self._writer.attribute(stored, schema.FEATURE_LOCATION, place)
+
+    def seams(self, originals: np.ndarray, parent_uuid: str) -> None:
+        """Write the table of copies, and what the mesh without them is."""
+        stored = self._writer.array(self._group(schema.SEAMS), schema.ORIGINALS, originals)
+        self._writer.text(stored, schema.PARENT_UUID, parent_uuid)
 
     def _group(self, name):
         return self._writer.group(self._part, name)

@@ -1,0 +1,53 @@
+"""A mesh without the copies of vertices along the seams of its textures."""
+from dataclasses import replace
+from typing import Optional
+
+import numpy as np
+from mesh_msgs.split_mesh import SplitMesh
+
+from mesh_msgs_hdf5.model.mesh import Materials, Mesh
+
+
+def split_mesh(mesh: Mesh, uuid: str = "") -> Optional[SplitMesh]:
+    """The mesh as a derived mesh of the one without copies; None if it has no copies.
+
+    uuid: of the mesh, for the result; the parent's is not computed.
+    """
+    if mesh.seam_originals is None:
+        return None
+    return SplitMesh(uuid, "", mesh.vertices, mesh.faces, mesh.seam_originals)
+
+
+def without_copies(mesh: Mesh) -> Mesh:
+    """The parent of a mesh with copies: one vertex for each point of the surface, the same faces,
+    and everything that these have but textures, which need the copies.
+
+    Normals and colors are those of the originals. Of costs the largest counts, and NaN before it
+    (SplitMesh.parent_vertex_values). A mesh without copies is returned as it is.
+    """
+    split = split_mesh(mesh)
+    if split is None:
+        return mesh
+    count = split.parent_vertex_count
+    materials = mesh.materials
+    if materials is not None and mesh.textures:
+        without = np.full(len(materials.colors), -1, np.int32)
+        materials = Materials(materials.colors, without, materials.face_materials)
+    return replace(
+        mesh,
+        vertices=np.ascontiguousarray(mesh.vertices[:count]),
+        faces=split.parent_faces,
+        vertex_normals=_first(mesh.vertex_normals, count),
+        vertex_colors=_first(mesh.vertex_colors, count),
+        vertex_costs={
+            name: split.parent_vertex_values(costs) for name, costs in mesh.vertex_costs.items()
+        },
+        texture_coordinates=None,
+        textures={},
+        materials=materials,
+        seam_originals=None,
+    )
+
+
+def _first(values: Optional[np.ndarray], count: int) -> Optional[np.ndarray]:
+    return None if values is None else values[:count]
