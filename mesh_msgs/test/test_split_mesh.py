@@ -60,7 +60,10 @@ def test_it_is_a_derived_mesh_of_its_parent(seed):
         )
         changed = np.flatnonzero(rng.random(made.parent_vertex_count) < 0.3)
         whole = np.isin(made.vertex_parents[:, 0], changed)
-        assert sorted(made.with_copies(changed)) == np.flatnonzero(whole).tolist()
+        found, rows = made.with_copies(changed)
+        assert sorted(found.tolist()) == np.flatnonzero(whole).tolist()
+        assert found[: len(changed)].tolist() == changed.tolist()
+        assert np.array_equal(made.vertex_parents[found, 0], changed[rows])
     assert seen > 100
 
 

@@ -5,7 +5,7 @@ coordinate for each vertex, so it needs copies of the vertices there, and the su
 parent has one vertex for each point.
 """
 
-from typing import Any, Optional
+from typing import Any, Optional, Tuple
 
 import numpy as np
 
@@ -102,14 +102,20 @@ class SplitMesh(DerivedMesh):
             raise ValueError(text % (values.shape, self.parent_vertex_count))
         return np.concatenate([values, values[self.originals]])
 
-    def with_copies(self, vertices: Any) -> np.ndarray:
-        """(N,) uint32: these vertices of the parent (K,), and then all their copies."""
+    def with_copies(self, vertices: Any) -> Tuple[np.ndarray, np.ndarray]:
+        """(N,) uint32: these vertices of the parent (K,), and then all their copies; (N,) int64:
+        which of the K each of them is.
+        """
         wanted = np.asarray(vertices, np.uint32)
         starts = np.searchsorted(self._sorted, wanted, "left")
         counts = np.searchsorted(self._sorted, wanted, "right") - starts
         places = np.arange(counts.sum()) + np.repeat(starts - np.cumsum(counts) + counts, counts)
         copies = self.parent_vertex_count + self._order[places]
-        return np.concatenate([wanted, copies.astype(np.uint32)])
+        rows = np.arange(len(wanted))
+        return (
+            np.concatenate([wanted, copies.astype(np.uint32)]),
+            np.concatenate([rows, np.repeat(rows, counts)]),
+        )
 
     def parent_vertex_values(self, values: Any) -> np.ndarray:
         """See DerivedMesh: where copies have other values, the largest counts, and NaN before it,

@@ -8,6 +8,7 @@ import numpy as np
 from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 from mesh_msgs.derived_mesh import DerivedMesh
 from mesh_msgs.identity import geometry_uuid
+from mesh_msgs.split_mesh import SplitMesh
 from mesh_msgs.validation import check_geometry
 
 from mesh_map import _kernels
@@ -57,9 +58,14 @@ class MeshGeometry:
         orientation: which faces were turned; None where that was not asked for.
         derived: how it was made of another mesh, whose labels and layers it has; None for one that
             was not.
+        split: the same faces with copies of vertices along the seams of textures, as it is shown,
+            derived of this one; None where there are no seams. It has the identity of this one.
+        split_derived: where both are refined, that mesh as one derived of the one with seams.
     """
 
     derived: Optional[DerivedMesh] = None
+    split: Optional[SplitMesh] = None
+    split_derived: Optional[DerivedMesh] = None
 
     def __init__(
         self,
@@ -202,6 +208,8 @@ class MeshGeometry:
         count = 0 if derived is None else derived.parent_face_count
         made = ", made of " + quantity(count, "faces") if count else ""
         without_area = int(self.faces_without_area.sum())
+        copies = 0 if self.split is None else len(self.split.originals)
+        made += ", shown with " + quantity(copies, "copies along seams") if copies else ""
         suffix = ", " + quantity(without_area, "faces without area") if without_area else ""
         turned = ", " + self.orientation.report() if self.orientation else ""
         return self.topology.report() + made + suffix + turned

@@ -17,13 +17,17 @@ from std_msgs.msg import Header
 
 
 def geometry_message(mesh_map: MeshMap) -> arrays.MeshGeometryStamped:
-    """Vertices, one normal for each, and faces."""
-    geometry = arrays.MeshGeometry(mesh_map.vertices, mesh_map.vertex_normals, mesh_map.faces)
+    """Vertices, one normal for each, and faces; with the copies along seams that textures need."""
+    split = mesh_map.geometry.split
+    vertices, normals, faces = mesh_map.vertices, mesh_map.vertex_normals, mesh_map.faces
+    if split is not None:
+        vertices, normals, faces = split.vertices, split.vertex_values(normals), split.faces
+    geometry = arrays.MeshGeometry(vertices, normals, faces)
     return _about(mesh_map, arrays.MeshGeometryStamped, mesh_geometry=geometry)
 
 
 def colors_message(mesh_map: MeshMap, colors: np.ndarray) -> arrays.MeshVertexColorsStamped:
-    """colors: (V, 3 or more) uint8, of which red, green and blue are used; alpha is 1."""
+    """colors: (V, 3 or more) uint8 of the mesh as it is shown, of which red, green and blue are used; alpha is 1."""
     rgba = np.ones((len(colors), 4), np.float32)
     np.divide(colors[:, :3], np.float32(255), out=rgba[:, :3])
     found = arrays.MeshVertexColors(rgba)
@@ -31,7 +35,10 @@ def colors_message(mesh_map: MeshMap, colors: np.ndarray) -> arrays.MeshVertexCo
 
 
 def costs_message(mesh_map: MeshMap, name: str, costs: np.ndarray) -> arrays.MeshVertexCostsStamped:
-    """costs: (V,) float32, of the layer of this name."""
+    """costs: (V,) float32, of the layer of this name; copies along seams have those of their
+    originals."""
+    split = mesh_map.geometry.split
+    costs = costs if split is None else split.vertex_values(costs)
     found = arrays.MeshVertexCosts(costs)
     return _about(mesh_map, arrays.MeshVertexCostsStamped, type=name, mesh_vertex_costs=found)
 
@@ -39,7 +46,12 @@ def costs_message(mesh_map: MeshMap, name: str, costs: np.ndarray) -> arrays.Mes
 def update_message(
     mesh_map: MeshMap, name: str, vertices: np.ndarray, costs: np.ndarray
 ) -> arrays.MeshVertexCostsSparseStamped:
-    """vertices: (K,) that have changed; costs: (K,) float32, what they cost now."""
+    """vertices: (K,) that have changed; costs: (K,) float32, what they cost now. So do their copies
+    along seams."""
+    split = mesh_map.geometry.split
+    if split is not None:
+        vertices, rows = split.with_copies(vertices)
+        costs = costs[rows]
     found = arrays.MeshVertexCostsSparse(vertices, costs, math.nan)
     return _about(mesh_map, arrays.MeshVertexCostsSparseStamped, type=name, mesh_vertex_costs=found)
 

@@ -18,6 +18,7 @@ from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.layer_meaning import KEY, computed_with
 from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_msgs_hdf5.model.seams import split_mesh, without_copies
 from mesh_msgs_hdf5.files.save import stamp
 
 from mesh_map.base.array_checks import read_only
@@ -28,7 +29,8 @@ from mesh_map.geometry.coordinates import check_rounding, checked_origin
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.normals import checked_up, unit_normals
 from mesh_map.geometry.refinement import refine
-from mesh_map.io.derived_contents import DerivedContents
+from mesh_map.geometry.seams import refined_split, turned
+from mesh_map.io.derived_contents import DerivedContents, WholeContents
 from mesh_map.io.layer_meanings import layer_meaning
 from mesh_map.map.mesh_map import MeshMap
 
@@ -53,8 +55,11 @@ def _shared(key: Any, make: Callable[[], MeshGeometry]) -> MeshGeometry:
 class MapSource:
     """A mesh that has been read, and the layers stored with it, which are read when needed.
 
-    Attributes: path, is_map_file (HDF5: layers can be saved), mesh (mesh_msgs_hdf5; geometry,
-    normals and colors), uuid, contents (MapContents).
+    A mesh with copies of vertices along the seams of textures is one that was derived of the mesh
+    without: maps are of that one, so that no seam cuts the surface, and are shown with the copies.
+
+    Attributes: path, is_map_file (HDF5: layers can be saved), mesh (mesh_msgs_hdf5, as in the file;
+    geometry, normals and colors), uuid, contents (MapContents).
     """
 
     def __init__(
@@ -74,7 +79,7 @@ class MapSource:
         try:
             opened = open_members(path, part, origin)
             self._members = opened.members
-            self.mesh = self._members.read(("vertex_normals", "vertex_colors"))
+            self.mesh = self._members.read(("vertex_normals", "vertex_colors", "seam_originals"))
             self.uuid: str = self._members.uuid
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
@@ -84,6 +89,8 @@ class MapSource:
         self.contents = MapContents(
             self._members, opened.is_map, lambda note: _LOG.warning("%s: %s", path, note)
         )
+        self._split = split_mesh(self.mesh, self.uuid)
+        self._whole = without_copies(self.mesh)
         self._geometry: Optional[MeshGeometry] = None
         self._derived: Optional[DerivedMesh] = None
         self._options: Dict[str, Any] = {}
@@ -130,7 +137,7 @@ class MapSource:
         Raises:
             MeshMapError: no usable mesh, or a wrong option.
         """
-        mesh, frame_id = self.mesh, frame_id or self.mesh.frame_id
+        mesh, frame_id = self._whole, frame_id or self.mesh.frame_id
         content = self._content_uuid()
         options = {"up_direction": up_direction, "orient": orient, "normals": normals}
 
@@ -140,10 +147,16 @@ class MapSource:
             derived = None
             if max_edge_length:
                 derived = refine(vertices, faces, max_edge_length, parent_uuid=self.uuid)
+            split = self._split
             if derived is None:
                 geometry.content_uuid = content
             else:
                 geometry = _geometry_of(derived, mesh, frame_id, options)
+                if split is not None:
+                    split, geometry.split_derived = refined_split(split, derived)
+            if split is not None and geometry.orientation is not None:
+                split = turned(split, geometry.orientation)
+            geometry.split = split
             geometry.origin = read_only(checked_origin(mesh.origin))
             return geometry
 
@@ -154,22 +167,30 @@ class MapSource:
         self._geometry = _shared(key, made)
         self._options, self._identity = options, {}
         self._derived = derived = self._geometry.derived
+        contents: Any = self.contents
+        if self._split is not None:
+            contents = WholeContents(contents, self._split)
         if derived is not None:
-            return MeshMap.of(self._geometry, DerivedContents(self.contents, derived))
+            shown = self._geometry.split, self._geometry.split_derived
+            return MeshMap.of(self._geometry, DerivedContents(contents, derived, *shown))
         if given and self._has_usual_normals():
             self._identity["vertex_normals"] = given
-        return MeshMap.of(self._geometry, self.contents)
+        return MeshMap.of(self._geometry, contents)
 
     @property
     def vertex_colors(self) -> Optional[np.ndarray]:
-        """(V, 3) uint8 of the map that was made last; None where the mesh has none."""
-        colors = self.mesh.vertex_colors
-        carried = colors is not None and self._derived is not None
-        return self._derived.vertex_values(colors) if carried else colors
+        """(V, 3) uint8 of the map that was made last, as it is shown, with copies along seams; None
+        where the mesh has none."""
+        colors, derived = self.mesh.vertex_colors, self._derived
+        if colors is None or derived is None:
+            return colors
+        return (self._geometry.split_derived or derived).vertex_values(colors)
 
     def _content_uuid(self) -> str:
         # Files of ours are checked for that while they are read, and meshes of other formats have
         # no other UUID.
+        if self._split is not None:
+            return geometry_uuid(self._whole.vertices, self._whole.faces)
         if self._members.schema_version or not self.is_map_file:
             return self.uuid
         return geometry_uuid(self.mesh.vertices, self.mesh.faces)
@@ -194,7 +215,7 @@ class MapSource:
                     break
                 costs = self._members.vertex_costs(name if name in names else names[0])
                 if stamp(self.path) == self._stamp:  # so these are the costs of those parameters
-                    return costs
+                    return costs if self._split is None else self._split.parent_vertex_values(costs)
         except MapFileError as error:
             _LOG.warning("layer %s is computed anew: %s", name, error)
             return None
@@ -241,6 +262,9 @@ class MapSource:
                 costs, meaning = self._for_file(layer.result.costs), layer_meaning(layer)
                 if self._derived is not None:  # its numbers are those of other vertices
                     meaning = meaning._replace(lethal=None).counted(costs)
+                elif self._split is not None:  # and copies count
+                    lethal = np.count_nonzero(self._split.vertex_values(layer.result.lethal))
+                    meaning = meaning._replace(lethal=int(lethal)).counted(costs)
                 edit.vertex_costs[name] = costs
                 parameters = self._storable(_identity(layer))
                 edit.layer_parameters[name] = {**parameters, KEY: meaning.stored()}
@@ -253,14 +277,17 @@ class MapSource:
         return list(edit.vertex_costs)
 
     def _for_file(self, costs: np.ndarray) -> np.ndarray:
-        return costs if self._derived is None else self._derived.parent_vertex_values(costs)
+        """Values of the vertices of the map (V, ...), of those of the mesh of the file."""
+        costs = costs if self._derived is None else self._derived.parent_vertex_values(costs)
+        return costs if self._split is None else self._split.vertex_values(costs)
 
     def _update(self, edit: Edit) -> None:
         for tries_left in range(_TRIES - 1, -1, -1):
             self._members.layer_names()  # looks at the file as it is now: has_normals follows
             if self._has_usual_normals() and self._derived is None:
                 has_normals = self._members.has_normals
-                edit.vertex_normals = None if has_normals else self._geometry.vertex_normals
+                normals = self._geometry.vertex_normals
+                edit.vertex_normals = None if has_normals else self._for_file(normals)
             try:
                 return self._members.update(edit)
             except MapFileError as error:

@@ -15,6 +15,7 @@ from visualization_msgs.msg import MarkerArray
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import read_parameters
 from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.seams import stitched_faces
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import arrays, validation
 from mesh_msgs.diagnostics_ros import OK, WARN, Diagnostics, Status
@@ -141,7 +142,8 @@ class SurfaceRobotNode:
             if findings:
                 raise ValueError(str(findings[0]))
             mesh, frame = message.mesh_geometry, message.header.frame_id.lstrip("/")
-            geometry = MeshGeometry(mesh.vertices, mesh.faces, frame_id=frame, uuid=message.uuid)
+            faces = stitched_faces(mesh.vertices, mesh.faces)  # no seam of textures stops a robot
+            geometry = MeshGeometry(mesh.vertices, faces, frame_id=frame, uuid=message.uuid)
             if geometry.uuid == self._uuid:
                 return
             geometry.spatial_index, geometry.walker  # made here, not while the robot drives
