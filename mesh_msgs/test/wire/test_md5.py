@@ -112,7 +112,8 @@ SERVICES = {  # service, request, response
 
 
 def generated_messages():
-    return {n: c for n, c in vars(mesh_msgs.msg).items() if hasattr(c, "_md5sum")}
+    found = {n: c for n, c in vars(mesh_msgs.msg).items() if hasattr(c, "_md5sum")}
+    return {n: c for n, c in found.items() if c.__name__ == n}  # without names of old releases
 
 
 def generated_services():
