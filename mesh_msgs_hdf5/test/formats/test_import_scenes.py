@@ -59,6 +59,18 @@ def _with_unit(data, name, value):
     return b"\n".join(lines)
 
 
+def test_images_in_fbx(tmp_path):
+    coordinates = np.float32([[0, 0], [1, 0], [0, 1], [0.5, 0.25]])
+    data = fbx(POINTS, FACES, 2, 100.0, image_bytes(IMAGE), coordinates)
+    (tmp_path / "a.fbx").write_bytes(data)
+    mesh, report = read_mesh(tmp_path / "a.fbx")
+    assert len(mesh.textures) == 1, report.notes
+    assert np.array_equal(mesh.textures[0], IMAGE)
+    assert (mesh.materials.texture_indices[mesh.materials.face_materials] == 0).all()
+    order = [np.flatnonzero((POINTS == vertex).all(1))[0] for vertex in mesh.vertices]
+    assert np.array_equal(mesh.texture_coordinates, coordinates[order])
+
+
 def test_3ds_has_z_up_and_no_unit(tmp_path):
     (tmp_path / "a.3ds").write_bytes(exported(tmp_path, "3ds", POINTS, np.uint32(FACES)))
     report = check(tmp_path / "a.3ds", POINTS)

@@ -35,7 +35,13 @@ def archive(document, images=()):
     return stream.getvalue()
 
 
+class Raw(bytes):
+    """A property of bytes that are no text."""
+
+
 def _property(value):
+    if isinstance(value, Raw):
+        return b"R" + struct.pack("<I", len(value)) + value
     if isinstance(value, bytes):
         return b"S" + struct.pack("<I", len(value)) + value
     if isinstance(value, np.int64):
@@ -63,8 +69,10 @@ def _node(start, name, properties=(), nodes=()):
     return counts + name.encode() + body + inner
 
 
-def fbx(vertices, polygons, up=1, unit=1.0):
-    """Binary FBX 7.4 with one mesh; up: 1 for y, 2 for z; unit: in centimeters."""
+def fbx(vertices, polygons, up=1, unit=1.0, image=None, coordinates=()):
+    """Binary FBX 7.4 with one mesh; up: 1 for y, 2 for z; unit: in centimeters; image: the bytes of
+    its texture, which is in the file, for coordinates (V, 2).
+    """
     corners = [i for polygon in polygons for i in (*polygon[:-1], ~polygon[-1])]
     settings = [
         ("P", (b"UpAxis", b"int", b"Integer", b"", up)),
@@ -81,6 +89,35 @@ def fbx(vertices, polygons, up=1, unit=1.0):
         ("Model", (model, b"m\x00\x01Model", b"Mesh"), [("Version", (232,))]),
     ]
     links = [("C", (b"OO", model, root)), ("C", (b"OO", shape, model))]
+    if image is not None:
+        flat = [float(x) for row in coordinates for x in row]
+        layer = [
+            ("Name", (b"map",)),
+            ("MappingInformationType", (b"ByPolygonVertex",)),
+            ("ReferenceInformationType", (b"IndexToDirect",)),
+            ("UV", (("d", flat),)),
+            ("UVIndex", (("i", [i for polygon in polygons for i in polygon]),)),
+        ]
+        same = [
+            ("MappingInformationType", (b"AllSame",)),
+            ("ReferenceInformationType", (b"IndexToDirect",)),
+            ("Materials", (("i", [0]),)),
+        ]
+        geometry += [("LayerElementUV", (0,), layer), ("LayerElementMaterial", (0,), same)]
+        elements = [
+            ("LayerElement", (), [("Type", (name,)), ("TypedIndex", (0,))])
+            for name in (b"LayerElementUV", b"LayerElementMaterial")
+        ]
+        geometry.append(("Layer", (0,), elements))
+        material, texture, video = np.int64(9), np.int64(10), np.int64(11)
+        named = [("RelativeFilename", (b"no/such.png",)), ("FileName", (b"no/such.png",))]
+        objects += [
+            ("Material", (material, b"m\x00\x01Material", b""), [("ShadingModel", (b"phong",))]),
+            ("Texture", (texture, b"t\x00\x01Texture", b""), [*named, ("Type", (b"Video",))]),
+            ("Video", (video, b"v\x00\x01Video", b"Clip"), [*named, ("Content", (Raw(image),))]),
+        ]
+        links += [("C", (b"OO", material, model)), ("C", (b"OO", video, texture))]
+        links.append(("C", (b"OP", texture, material, b"DiffuseColor")))
     nodes = [
         ("FBXHeaderExtension", (), [("FBXVersion", (7400,))]),
         ("GlobalSettings", (), [("Properties70", (), settings)]),

@@ -74,6 +74,7 @@ class _Texture(ctypes.Structure):
         ("height", ctypes.c_uint),
         ("hint", ctypes.c_char * 9),
         ("data", ctypes.c_void_p),
+        ("name", _Text),
     ]
 
 
@@ -148,17 +149,23 @@ def read_scene(
             for i in range(scene.contents.material_count)
         ]
         if images is not None:
-            images += _images(scene.contents)
+            images += _images(scene.contents, materials)
         return joined(parts, report), materials
     finally:
         library.aiReleaseImport(scene)
 
 
-def _images(scene) -> List[np.ndarray]:
-    """The bytes of the images in the file; none of one that is not compressed."""
+def _images(scene, materials: List[Material]) -> List[np.ndarray]:
+    """The bytes of the images in the file; none of one that is not compressed. Materials that name
+    one by its file refer to it by its number then.
+    """
     found = []
     for index in range(scene.texture_count):
         texture = scene.textures[index].contents
+        name = os.fsdecode(texture.name.data) if texture.name.length else None
+        for material in materials:
+            if name is not None and material["texture"] == name:
+                material["texture"] = "*%d" % index
         count = texture.width if not texture.height and texture.data else 0
         found.append(np.frombuffer(ctypes.string_at(texture.data, count), np.uint8))
     return found
