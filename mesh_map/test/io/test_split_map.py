@@ -168,7 +168,7 @@ def test_what_is_closed_on_one_side_of_a_seam_is_closed(maps):
 
 
 def test_textures_follow_a_refinement(maps):
-    """As they do when the mesh with copies itself is refined, of which this is another numbering."""
+    """As they do when the mesh with copies itself is refined, but with other numbers."""
     source, mesh_map = loaded(maps[0], (), max_edge_length=LENGTH)
     file, geometry = MapFile(maps[0]).read(), mesh_map.geometry
     direct = refine(file.vertices, file.faces, LENGTH)

@@ -226,6 +226,7 @@ def test_all_members_of_a_mesh_are_checked(rich_mesh):
         "labels": {"tree_1": Label([60])},
         "features": Features(np.ones((2, 3)), np.ones((1, 1))),
         "origin": (0, np.nan, 0),
+        "seam_originals": np.array([39]),
         "crs": "\n",
     }
     assert set(wrong) == {field.name for field in dataclasses.fields(Mesh)}

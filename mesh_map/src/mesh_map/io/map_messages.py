@@ -27,7 +27,8 @@ def geometry_message(mesh_map: MeshMap) -> arrays.MeshGeometryStamped:
 
 
 def colors_message(mesh_map: MeshMap, colors: np.ndarray) -> arrays.MeshVertexColorsStamped:
-    """colors: (V, 3 or more) uint8 of the mesh as it is shown, of which red, green and blue are used; alpha is 1."""
+    """colors: (V, 3 or more) uint8 of the mesh as it is shown, of which red, green and blue are
+    used; alpha is 1."""
     rgba = np.ones((len(colors), 4), np.float32)
     np.divide(colors[:, :3], np.float32(255), out=rgba[:, :3])
     found = arrays.MeshVertexColors(rgba)

@@ -214,8 +214,9 @@ def _seamed(mesh, options, report):
         if mesh.textures:
             report.note("left out: %d textures, for want of coordinates", len(mesh.textures))
         return without_copies(mesh)
-    text = "textures have seams at %d vertices: the last %d vertices are copies of them"
-    report.note(text, count, len(originals))
+    if report.split:
+        text = "textures have seams at %d vertices: the last %d vertices are copies of them"
+        report.note(text, count, len(originals))
     return mesh
 
 
