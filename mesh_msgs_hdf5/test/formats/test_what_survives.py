@@ -20,14 +20,18 @@ WAYS = {
     "PLY": ("export {f} {o}.ply", "import {o}.ply {n}"),
     "OBJ": ("export {f} {o}.obj", "import {o}.obj {n}"),
     "STL": ("export {f} {o}.stl", "import {o}.stl {n}"),
+    "DAE": ("export {f} {o}.dae", "import {o}.dae {n}"),
     "GLB": ("export {f} {o}.glb", "import {o}.glb {n}"),
+    "glTF": ("export {f} {o}.gltf", "import {o}.gltf {n}"),
     "`convert`": ("convert {f} {o}.h5", "convert {o}.h5 {n}"),
     "`--for lvr2`": ("convert {f} {o}.h5 --for lvr2", "convert {o}.h5 {n}"),
+    "`--for both`": ("convert {f} {o}.h5 --for both", "convert {o}.h5 {n}"),
+    "`--for ros2`": ("convert {f} {o}.h5 --for ros2", "convert {o}.h5 {n}"),
 }
 
 
 def a_map(path):
-    """Writes a map with everything: a hilly floor near an origin, without twin vertices."""
+    """Writes a map with everything: a hilly floor near an origin, with a seam of its texture."""
     rng = np.random.default_rng(5)
     x, y = (values.ravel() for values in np.meshgrid(np.arange(7), np.arange(5)))
     corner = (np.arange(4)[:, None] * 7 + np.arange(6)).ravel()
@@ -37,23 +41,30 @@ def a_map(path):
             np.stack([corner, corner + 8, corner + 7], 1),
         ]
     )
-    vertices = np.stack([x / 3, y / 3, rng.random(35)], 1).astype(np.float32)
-    normals = rng.normal(size=(35, 3))
+    seam = np.array([10, 17, 24])  # the faces on the right of it have copies of these
+    of_points = np.concatenate([np.arange(35), seam])
+    right = (x[faces] >= 3).all(1)
+    faces = np.where(np.isin(faces, seam) & right[:, None], 35 + (faces - 10) // 7, faces)
+    vertices = np.stack([x / 3, y / 3, rng.random(35)], 1).astype(np.float32)[of_points]
+    normals = rng.normal(size=(35, 3))[of_points]
     costs = rng.random(35).astype(np.float32)
     costs[:2] = np.inf, np.nan
     mesh = Mesh(
         vertices,
         faces.astype(np.uint32),
         vertex_normals=(normals / np.linalg.norm(normals, axis=1)[:, None]).astype(np.float32),
-        vertex_colors=rng.integers(0, 256, (35, 3)).astype(np.uint8),
-        vertex_costs={"height_diff": costs},
+        vertex_colors=rng.integers(0, 256, (35, 3)).astype(np.uint8)[of_points],
+        vertex_costs={"height_diff": costs[of_points]},
         layer_parameters={"height_diff": {"radius": 0.3}},
         face_attributes={
             "cost": rng.random(48).astype(np.float32),
             "class_id": rng.integers(0, 9, 48).astype(np.uint8),
         },
         face_parameters={"cost": {"radius": 0.5}},
-        texture_coordinates=(np.stack([x / 6, y / 4], 1)).astype(np.float32),
+        texture_coordinates=np.concatenate(
+            [np.stack([x / 6, y / 4], 1), np.stack([x / 6 - 0.4, y / 4], 1)[seam]]
+        ).astype(np.float32),
+        seam_originals=seam.astype(np.uint32),
         textures={0: rng.integers(0, 256, (5, 7, 3)).astype(np.uint8)},
         materials=Materials(
             np.uint8([[200, 100, 50], [1, 2, 3]]),
@@ -119,6 +130,7 @@ def rows(found, wanted, parts):
         "parameters of face attributes": kept(found.face_parameters, wanted.face_parameters),
         "textures": kept(found.textures, wanted.textures),
         "texture coordinates": kept(found.texture_coordinates, wanted.texture_coordinates),
+        "copies along seams": kept(found.seam_originals, wanted.seam_originals),
         "materials": kept(found.materials, wanted.materials),
         "labels, also in the journal": kept(found.labels, wanted.labels),
         "colors of labels": kept({k: v.color for k, v in found.labels.items()}, colors),

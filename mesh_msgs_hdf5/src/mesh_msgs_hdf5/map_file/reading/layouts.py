@@ -120,9 +120,10 @@ S2 = Layout(
     lvr2_face_materials="geometry/face_material_indices",
     face_attributes="face_attributes",
     face_arrays=("geometry/face_normals", "geometry/face_colors"),
+    seams=schema.SEAMS,  # our own
     structure=_HDF5_MAP_IO
     + ("vertex_attributes", "face_attributes", "edge_attributes", "cluster_attributes")
-    + ("channels", "channels/texture_features", "materials"),
+    + ("channels", "channels/texture_features", "materials", schema.SEAMS),
 )
 MESH_IO = Layout(
     schema="meshes",
