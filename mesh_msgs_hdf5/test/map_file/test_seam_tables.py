@@ -115,7 +115,10 @@ def test_validate_takes_copies_for_one_vertex(tmp_path):
         for name, options in (("a.h5", []), ("b.h5", ["--no-split-seams"])):
             line = ["import", str(source), str(tmp_path / name), "--force", "-q"]
             assert main(line + options) == 0
-        with_seams, without = ([f for f in validate(str(tmp_path / n))] for n in ("a.h5", "b.h5"))
+        with_seams, without = (
+            [f for f in validate(str(tmp_path / name)) if f.rule != "lvr2_textures"]
+            for name in ("a.h5", "b.h5")
+        )
         assert with_seams == without
         assert ("boundary" in {f.rule for f in without}) == boundary
 
