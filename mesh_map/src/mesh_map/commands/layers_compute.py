@@ -29,7 +29,8 @@ EXAMPLE = "mesh_tool layers compute garden.h5 height_diff --set height_diff.radi
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="the map file")
-    text = "a layer, such as height_diff or inflation=mesh_layers/InflationLayer, or one of --config; before options"
+    text = "a layer, such as height_diff or inflation=mesh_layers/InflationLayer, or one of "
+    text += "--config (before the options)"
     parser.add_argument("layers", metavar="NAME[=TYPE]", nargs="*", help=text)
     text = (
         "layers with their parameters, as the node mesh_map has them; all, or those that are named"

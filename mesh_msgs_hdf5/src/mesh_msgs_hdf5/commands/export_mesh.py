@@ -20,7 +20,7 @@ from mesh_msgs_hdf5.labels.map_contents import read_map
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 NAME = "export"
-HELP = "write a mesh for other programs (.ply .obj .stl .dae .glb .gltf); says what the format cannot hold"
+HELP = "write a mesh for other programs (.ply .obj .stl .dae .glb .gltf); says what does not fit"
 EXAMPLE = "mesh_tool export garden.h5 garden.ply"
 SUFFIXES = tuple(WRITERS)
 

@@ -130,13 +130,14 @@ def read_mesh(
     label_changes: Mapping[str, Optional[Label]] = types.MappingProxyType({}),
     **options: Any,
 ) -> Tuple[Mesh, ImportReport]:
-    """The mesh of a .ply, .obj, .stl, .off, .dae, .glb, .gltf or .h5 file; what reading it changed.
+    """The mesh of a file of a known format, and what reading it changed.
 
     The content decides where it can, else the suffix. PLY, OBJ and OFF keep the order and number of
-    vertices; STL, DAE and glTF are welded, except for glTF that this package wrote. part: which
+    vertices; the others are welded, except for glTF that this package wrote. part: which
     mesh of a map file. label_changes: of its labels, as in an Edit (labels.map_contents.read_map
     has those of the journal). options: origin, split_seams, merge_vertices, repair, up,
-    scale, transform, see formats.base.options. Every face index and coordinate is checked. Raises MapFileError.
+    scale, transform, labels_from, label_names, label_texts, see formats.base.options. Every face
+    index and coordinate is checked. Raises MapFileError.
     """
     path = os.fsdecode(path)
     chosen = checked_options(path, **options)

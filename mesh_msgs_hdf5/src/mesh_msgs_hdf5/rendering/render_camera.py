@@ -15,7 +15,7 @@ VIEWS = {
 }
 _MARGIN = 0.03  # of the picture's size, on each side
 # for the usual view: pixels of a picture that need not be good, faces at a time, how much of a
-# normal is up in what is level, and how often such surfaces cover the ground where there are several
+# normal is up in what is level, and how often such surfaces cover the ground where several do
 _ROUGHLY, _FACES, _LEVEL, _OVER_EACH_OTHER = 256, 1 << 19, 0.7, 1.4
 
 

@@ -13,7 +13,7 @@ from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
 
 class ClassNames(NamedTuple):
-    """What numbers of classes mean; labels: the texts of whole labels by the numbers of instances."""
+    """What numbers of classes mean; labels: texts of whole labels by numbers of instances."""
 
     classes: Dict[int, str]
     labels: Dict[int, str]

@@ -51,7 +51,7 @@ class Options:
 
     @property
     def matrix(self) -> Optional[np.ndarray]:
-        """(4, 4) by which coordinates are moved that have z up where the format says it; or None."""
+        """(4, 4) by which coordinates are moved, with z up where the format says it; or None."""
         if self.up != "y" and self.scale == 1 and self.transform is None:
             return None
         matrix = np.diag([self.scale, self.scale, self.scale, 1.0])

@@ -15,11 +15,12 @@ _FAR = 1e-3  # meters: what one should do something about
 class ImportReport:
     """Counts and notes; nothing is changed without a note.
 
-    format: "PLY", "OBJ", "STL", "OFF", "DAE", "ZAE", "FBX", "3DS", "GLB", "glTF" or "HDF5"; vertices, faces, layers,
-    face_attributes, materials, textures, labels: of the mesh; triangulated: polygons of more than
-    three corners in the file; merged: vertices that fell together; split: copies of vertices
-    appended along seams of textures; dropped_vertices, dropped_faces, flipped: what repairing did;
-    rounded: by how much (meters) a coordinate changed at most by becoming float32.
+    format: "PLY", "OBJ", "STL", "OFF", "DAE", "ZAE", "FBX", "3DS", "GLB", "glTF" or "HDF5";
+    vertices, faces, layers, face_attributes, materials, textures, labels: of the mesh;
+    triangulated: polygons of more than three corners in the file; merged: vertices that fell
+    together; split: copies of vertices appended along seams; dropped_vertices, dropped_faces,
+    flipped: what repairing did; rounded: by how much (meters) a coordinate changed at most by
+    becoming float32.
     """
 
     path: str

@@ -75,11 +75,13 @@ def _effects(mesh: Mesh) -> Iterator[str]:
         yield '<effect id="effect_%d"><profile_COMMON>' % number
         diffuse = "<color>%s 1</color>" % " ".join(_EXACT % level for level in color / 255.0)
         if index >= 0:
-            yield '<newparam sid="surface"><surface type="2D"><init_from>image_%d</init_from>' % index
+            yield '<newparam sid="surface"><surface type="2D">'
+            yield "<init_from>image_%d</init_from>" % index
             yield '</surface></newparam><newparam sid="sampler"><sampler2D><source>surface</source>'
             yield "</sampler2D></newparam>"
             diffuse = '<texture texture="sampler" texcoord="UV"/>'
-        yield '<technique sid="common"><lambert><diffuse>%s</diffuse></lambert></technique>' % diffuse
+        yield '<technique sid="common"><lambert><diffuse>%s</diffuse>' % diffuse
+        yield "</lambert></technique>"
         yield "</profile_COMMON></effect>"
 
 

@@ -1,4 +1,4 @@
-"""COLLADA, FBX and 3DS to Mesh, through assimp; vertices at exactly the same position become one."""
+"""COLLADA, FBX and 3DS to Mesh, through assimp; vertices at exactly one position become one."""
 import os
 import re
 from functools import partial
