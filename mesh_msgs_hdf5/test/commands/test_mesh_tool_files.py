@@ -12,7 +12,7 @@ from mesh_msgs import zoo
 
 from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.model.mesh import Label, Mesh
+from mesh_msgs_hdf5.model.mesh import Label, Materials, Mesh
 from mesh_msgs_hdf5.validation.findings import RULES
 
 REAL = ["botanical_garden_gazebo.ply", "tray.ply"]
@@ -194,6 +194,24 @@ def test_a_map_with_textures_but_no_materials_is_drawn_without(rich_mesh, tmp_pa
         setattr(rich_mesh, name, None)
     MapFile.write(path, rich_mesh)
     assert run(capsys, "render", path, out, "--force")[0] == 0
+
+
+def test_materials_without_images_show_their_colors(tmp_path, capsys):
+    mesh = Mesh(np.float32([[0, 0, 0], [9, 0, 0], [9, 9, 0]]), np.uint32([[0, 1, 2]]))
+    colors = np.uint8([[250, 10, 10]])
+    mesh.materials = Materials(colors, np.int32([-1]), np.zeros(1, np.uint32))
+    path, out = tmp_path / "a.h5", tmp_path / "a.png"
+
+    def reddish():
+        assert run(capsys, "render", path, out, "--force", "--size", "300x300")[0] == 0
+        picture = matplotlib.image.imread(out, "png")
+        return int((picture[..., 0] - picture[..., 1:3].max(axis=2) > 0.5).sum())
+
+    MapFile.write(path, mesh)
+    assert reddish() > 1000
+    mesh.vertex_colors = np.uint8([[9, 9, 250]] * 3)
+    MapFile.write(path, mesh)
+    assert reddish() < 1000
 
 
 @pytest.mark.parametrize(

@@ -165,6 +165,7 @@ def _mesh(file, arguments):
             return mesh, what, name
     what = arguments.what
     if what is None:
-        textured = file.texture_indices() and file.materials is not None
-        what = "textures" if textured else "colors" if file.has_colors else "height"
+        # colors of materials alone say less than those of the vertices
+        shown = file.materials is not None and (file.texture_indices() or not file.has_colors)
+        what = "textures" if shown else "colors" if file.has_colors else "height"
     return file.read(_NEEDED.get(what, ())), what, None

@@ -161,12 +161,14 @@ def read_mesh(
     return mesh, report
 
 
-def read_unharmed_mesh(path: PathLike) -> Tuple[Mesh, ImportReport]:
+def read_unharmed_mesh(
+    path: PathLike, split_seams: Optional[bool] = None
+) -> Tuple[Mesh, ImportReport]:
     """read_mesh(path), for those who cannot ask for an origin.
 
     Raises MapFileError (rounded: float32 would change its coordinates too much; what it raises).
     """
-    mesh, report = read_mesh(path)
+    mesh, report = read_mesh(path, split_seams=split_seams)
     if is_too_much(report.rounded, mesh.vertices):
         raise too_much_rounded(path, report.rounded)
     return mesh, report

@@ -5,17 +5,18 @@ from urllib.parse import quote
 
 from mesh_msgs_hdf5.files.probe import kind_of, read_head
 from mesh_msgs_hdf5.files.save import stamp
-from mesh_msgs_hdf5.formats.importer import read_unharmed_mesh
+from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits, frozen
+from mesh_msgs_hdf5.labels.labelled_mesh import read_labelled_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
-from mesh_msgs_hdf5.model.mesh import Label
+from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
 Identity = Tuple[str, int]
 _SINGLE_READS = 8  # of one label each, after which all are read at once
-__all__ = ["LabelStore", "journal_path", "label_target"]
+__all__ = ["LabelStore", "journal_path", "label_target", "source_mesh"]
 
 
 def label_target(path: PathLike, part: Optional[str] = None) -> str:
@@ -34,6 +35,12 @@ def label_file(path: PathLike, schema: str) -> str:
     """label_target() of a map file whose schema is known."""
     path = os.path.realpath(os.fsdecode(path))
     return path if schema == "S1" else os.path.splitext(path)[0] + "_s1.h5"
+
+
+def source_mesh(path: PathLike) -> Tuple[Mesh, ImportReport]:
+    """The mesh of a file that is no map, as its labels know it. Raises MapFileError."""
+    target = label_target(path)
+    return read_labelled_mesh(path, target, journal_path(target))
 
 
 class LabelBase:
@@ -60,7 +67,7 @@ class LabelBase:
             file = IsolatedMapFile(self.source, part)
             identity, part = (file.uuid, file.face_count), file.part
         elif identity is None:
-            mesh, _ = read_unharmed_mesh(self.source)
+            mesh, _ = source_mesh(self.source)
             identity = mesh.uuid, len(mesh.faces)
         self.part = part if self._is_map else "mesh"
         self.uuid, self.face_count = identity
@@ -158,7 +165,7 @@ class LabelBase:
         if self._is_map:
             isolated("convert", self.source, self.path, part=self.part)
             return
-        mesh, _ = read_unharmed_mesh(self.source)
+        mesh, _ = source_mesh(self.source)
         if mesh.uuid != self.uuid:
             raise MapFileError(
                 "changed", self.source, "another program has replaced the mesh", "open it again"

@@ -9,11 +9,11 @@ from mesh_msgs.checks.rounding import is_too_much
 from mesh_msgs_hdf5.files.probe import check_node_path, kind_of, read_head
 from mesh_msgs_hdf5.files.save import stamp as file_stamp
 from mesh_msgs_hdf5.formats.any_mesh import Members, MeshMembers
-from mesh_msgs_hdf5.formats.importer import read_unharmed_mesh, too_much_rounded
+from mesh_msgs_hdf5.formats.importer import too_much_rounded
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
-from mesh_msgs_hdf5.labels.label_store import LabelStore, label_target
+from mesh_msgs_hdf5.labels.label_store import LabelStore, label_target, source_mesh
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.server.served_map import ServedMap
@@ -33,7 +33,7 @@ def load(
     check_node_path(request.given)
     before = file_stamp(path)
     if kind_of(path, read_head(path)) != "h5":
-        mesh, report = read_unharmed_mesh(path)
+        mesh, report = source_mesh(path)
         asked, sources = [request], [MeshMembers(path, mesh)]
         notes = ["%s: %s" % (path, note) for note in report.notes]
     else:
@@ -64,7 +64,7 @@ def owner_notes(found: List[ServedMap], read_only: bool) -> List[str]:
 def source_now(request: MapRequest) -> Members:
     """What would be loaded, of a request for one part. Raises MapFileError."""
     if kind_of(request.path, read_head(request.path)) != "h5":
-        return MeshMembers(request.path, read_unharmed_mesh(request.path)[0])
+        return MeshMembers(request.path, source_mesh(request.path)[0])
     return _map_source(request.path, request.part)
 
 
