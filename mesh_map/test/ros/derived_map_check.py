@@ -97,6 +97,53 @@ class DerivedMapTest(unittest.TestCase):
         self.assertIn("made of 2 faces", log)
         self.assertNotIn(COARSE, log)
 
+    def test_seams_of_textures(self):
+        """What is published is the file's mesh, with copies; what is computed knows no seam."""
+        x, y = np.meshgrid(np.arange(20) * 0.2, np.arange(10) * 0.2, indexing="ij")
+        vertices = np.stack([x, y, 0.2 * np.sin(3 * x)], -1).reshape(-1, 3).astype(np.float32)
+        corner = np.arange(200).reshape(20, 10)[:-1, :-1].ravel()
+        faces = np.stack([corner, corner + 10, corner + 11, corner, corner + 11, corner + 1], 1)
+        faces = faces.reshape(-1, 3).astype(np.uint32)
+        plain = Mesh(vertices, faces)
+        originals = np.arange(100, 110, dtype=np.uint32)  # the column at x = 2 m
+        right = vertices[faces][:, :, 0].mean(1) > 2.0
+        moved = np.where(right[:, None] & np.isin(faces, originals), faces + 100, faces)
+        split = Mesh(np.concatenate([vertices, vertices[originals]]), moved.astype(np.uint32))
+        split.seam_originals = originals
+        split.texture_coordinates = np.random.default_rng(0).random((210, 2)).astype(np.float32)
+        paths = [os.path.join(os.path.dirname(self.path), name) for name in ("s.h5", "p.h5")]
+        file = MapFile.write(paths[0], split)
+        self.assertEqual(file.parent_uuid, MapFile.write(paths[1], plain).uuid)
+        layers = {
+            "layers": [
+                {"name": "height_diff", "type": "mesh_layers/HeightDiffLayer"},
+                {"name": "border", "type": "mesh_layers/BorderLayer"},
+            ]
+        }
+        node = start_node(self, "seams", mesh_file=paths[0], **layers)
+        geometry = rospy.wait_for_message("/seams/mesh", arrays.MeshGeometryStamped, WAIT)
+        np.testing.assert_array_equal(geometry.mesh_geometry.vertices, split.vertices)
+        np.testing.assert_array_equal(geometry.mesh_geometry.faces, split.faces)
+        costs = costs_of("/seams/vertex_costs")
+        names = {"height_diff", "border", COMBINED_COSTS}
+        self.assertTrue(wait_until(lambda: set(costs.newest) == names), costs.newest.keys())
+        whole = MapSource(paths[1]).make_map()
+        whole.compute_layers(layers["layers"])
+        served = rospy.ServiceProxy("/seams/get_vertex_costs", array_services.GetVertexCosts)
+        for name, layer in whole.layers.items():
+            expected = np.concatenate([layer.result.costs, layer.result.costs[originals]])
+            message = costs.newest[name]
+            self.assertEqual(message.uuid, file.uuid)
+            np.testing.assert_array_equal(message.mesh_vertex_costs.costs, expected)
+            answer = served(file.uuid, name).mesh_vertex_costs_stamped.mesh_vertex_costs
+            np.testing.assert_array_equal(answer.costs, expected)
+        answer = rospy.ServiceProxy("/seams/save_map", Trigger)()
+        self.assertTrue(answer.success, answer.message)
+        stored = MapFile(paths[0])
+        self.assertEqual((stored.uuid, stored.parent_uuid), (file.uuid, file.parent_uuid))
+        self.assertEqual(len(stored.vertex_costs("border")), 210)
+        self.assertIn("shown with 10 copies along seams", end_node(node))
+
     def test_large_faces_are_said_once(self):
         diagnostics = HeardDiagnostics()
         node = start_node(self, "coarse", mesh_file=self.path, **LAYERS)

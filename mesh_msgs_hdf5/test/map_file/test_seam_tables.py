@@ -81,6 +81,21 @@ def test_a_part_that_is_replaced_loses_it(path, tmp_path):
     assert file.uuid == mesh.uuid and file.other_contents() == []
 
 
+def test_a_map_of_before_gets_its_table(path, tmp_path):
+    """One that was imported with --split-seams, when copies were not known by anything."""
+    mesh = MapFile(path).read()
+    originals, mesh.seam_originals = mesh.seam_originals, None
+    MapFile.write(path, mesh)
+    assert not MapFile(path).has_seams
+    out = str(tmp_path / "out.h5")
+    assert main(["import", path, out, "--merge-vertices", "-q"]) == 0
+    found = MapFile(out).read()
+    assert len(found.seam_originals) == len(originals) and len(found.textures) == 2
+    assert np.array_equal(found.vertices[found.faces], mesh.vertices[mesh.faces])
+    uv = found.texture_coordinates[found.faces]
+    assert np.array_equal(uv, mesh.texture_coordinates[mesh.faces])
+
+
 def test_tables_that_do_not_fit_are_not_saved(path, tmp_path):
     mesh = MapFile(path).read()
     for originals, words in (
