@@ -42,6 +42,15 @@ def make_rich_mesh():
         "Fläche m²": rng.integers(0, 9, (60, 2)).astype(np.uint16),
     }
     mesh.face_parameters = {"cost": {"radius": 0.5}}
+    mesh.vertex_attributes = {
+        "class_id": rng.integers(0, 256, 40).astype(np.uint8),
+        "id": rng.integers(0, 2**64, 40, dtype=np.uint64),
+        "intensity": rng.random(40),
+        "echo": np.where(rng.random(40) < 0.2, np.nan, rng.random(40)).astype(np.float32),
+        "SIFT": rng.integers(-128, 128, (40, 7)).astype(np.int8),
+        "flow": rng.normal(size=(40, 3)).astype(np.float32),
+    }
+    mesh.vertex_parameters = {"SIFT": {"octaves": 3}, "flow": {"unit": "m/s"}}
     mesh.texture_coordinates = rng.random((40, 2)).astype(np.float32)
     mesh.textures = {
         index: rng.integers(0, 256, shape).astype(np.uint8)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mesh_msgs_hdf5.checks.check import (
-    checked_face_attribute,
+    checked_attribute,
     checked_features,
     checked_image,
     checked_label,
@@ -171,10 +171,10 @@ def test_features():
 def test_face_attributes_keep_their_type(kind):
     for shape in ((3,), (3, 2)):
         values = np.arange(np.prod(shape)).reshape(shape).astype(kind)
-        found = checked_face_attribute("a.h5", "x", values, 3)
+        found = checked_attribute("a.h5", "face", "x", values, 3)
         assert identical(found, values.astype(np.dtype(kind).newbyteorder("<")))
         assert found.flags.c_contiguous
-    assert checked_face_attribute("a.h5", "x", values[:, :1], 3).shape == (3,)
+    assert checked_attribute("a.h5", "face", "x", values[:, :1], 3).shape == (3,)
 
 
 @pytest.mark.parametrize(
@@ -193,7 +193,7 @@ def test_face_attributes_keep_their_type(kind):
     ],
 )
 def test_bad_face_attributes(name, values, code, words):
-    error = refusal(checked_face_attribute, name, values, 3)
+    error = refusal(checked_attribute, "face", name, values, 3)
     assert error.code == code and words in str(error)
 
 
@@ -219,6 +219,8 @@ def test_all_members_of_a_mesh_are_checked(rich_mesh):
         "source": [1],
         "layer_parameters": {"height_diff": {"a": object()}},
         "face_attributes": {"x": np.ones(59)},
+        "vertex_attributes": {"height_diff": np.ones(40, np.uint8)},
+        "vertex_parameters": {"SIFT": [1]},
         "face_parameters": {next(iter(rich_mesh.face_attributes)): [1]},
         "texture_coordinates": np.ones((40, 3)),
         "textures": {},

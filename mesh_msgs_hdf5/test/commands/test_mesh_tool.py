@@ -85,6 +85,7 @@ def test_info_for_programs(square, tmp_path, capsys):
             dict(layer, name="cost", min=0.5, max=2, lethal=1, unknown=1),
             dict(layer, name="none", min=None, max=None, unknown=4, parameters={"radius": 0.3}),
         ],
+        "vertex_attributes": [],
         "face_attributes": [],
         "texture_coordinates": False,
         "textures": [],

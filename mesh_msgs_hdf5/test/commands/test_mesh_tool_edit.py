@@ -40,6 +40,19 @@ def test_lists_of_layers(rich, capsys):
     assert names == ["Grün und weich", "height_diff"]
     attributes = json.loads(run(capsys, "layers", rich, "--json", "--face")[1])["face_attributes"]
     assert len(attributes) == 4 and attributes[0]["name"] == "Fläche m²"
+    code, out, err = run(capsys, "layers", "list", rich, "--vertex")
+    assert (code, err) == (0, "") and "  vertex " not in out
+    assert out.splitlines()[0].startswith("SIFT: -128 .. 127, int8 x 7, ")
+    text = run(capsys, "layers", rich, "--json", "--vertex")[1]
+    attributes = json.loads(text)["vertex_attributes"]
+    assert [(a["name"], a["type"]) for a in attributes][1:3] == [
+        ("class_id", "uint8"),
+        ("echo", "float32"),
+    ]
+    shown = run(capsys, "info", rich)[1]
+    assert "  vertex     flow: " in shown and "float32 x 3, " in shown and "m/s" in shown
+    with pytest.raises(SystemExit):
+        main(["layers", str(rich), "--vertex", "--face"])
     MapFile.write(rich.parent / "bare.h5", Mesh(np.eye(3, dtype="f4"), np.uint32([[0, 1, 2]])))
     assert "no layers" in run(capsys, "layers", rich.parent / "bare.h5")[1]
 
@@ -55,6 +68,18 @@ def test_copy_rename_and_delete_layers(rich, rich_mesh, capsys):
     code, out, err = run(capsys, "layers", "delete", rich, "new", "Grün und weich")
     assert (code, err) == (0, "") and out == "%s: deleted layer new, Grün und weich\n" % rich
     del costs["new"], parameters["new"], costs["Grün und weich"]
+    assert_same_mesh(MapFile(rich).read(), rich_mesh)
+    attributes, parameters = rich_mesh.vertex_attributes, rich_mesh.vertex_parameters
+    copy = ("layers", "copy", rich, "SIFT", "older", "--vertex")
+    assert run(capsys, *copy)[1] == "%s: vertex attribute SIFT copied to older\n" % rich
+    attributes["older"], parameters["older"] = attributes["SIFT"], parameters["SIFT"]
+    assert_same_mesh(MapFile(rich).read(), rich_mesh)
+    assert run(capsys, *copy)[2].count("there is a vertex attribute 'older' already") == 1
+    assert run(capsys, "layers", "rename", rich, "echo", "new", "--vertex", "-q") == (0, "", "")
+    attributes["new"] = attributes.pop("echo")
+    assert_same_mesh(MapFile(rich).read(), rich_mesh)
+    assert run(capsys, "layers", "delete", rich, "new", "id", "--vertex", "-q") == (0, "", "")
+    del attributes["new"], attributes["id"]
     assert_same_mesh(MapFile(rich).read(), rich_mesh)
     attributes = rich_mesh.face_attributes
     assert run(capsys, "layers", "rename", rich, "cost", "price", "--face", "-q") == (0, "", "")

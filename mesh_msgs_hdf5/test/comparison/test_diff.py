@@ -25,6 +25,7 @@ def one_of_everything():
     costs[:2] = np.nan, np.inf
     mesh.vertex_costs = {"slope": costs, "rough": costs[::-1].copy()}
     mesh.layer_parameters = {"slope": {"radius": 0.3}}
+    mesh.vertex_attributes = {"class": rng.integers(0, 9, (v, 2)).astype(np.uint8)}
     mesh.face_attributes = {"area": rng.random(f), "id": np.arange(f, dtype=np.int64)}
     mesh.face_parameters = {"area": {"unit": "m2"}}
     mesh.texture_coordinates = rng.random((v, 2)).astype(np.float32)
@@ -75,6 +76,12 @@ CHANGES = [
     (set_to("vertex_colors", None), ["colors"], "colors", {}),
     (put("vertex_costs.slope", 1, 2), ["layers/slope"], "layers", {"count": 1, "not_finite": 1}),
     (put("vertex_costs.slope", 0, np.inf), ["layers/slope"], "layers", {"not_finite": 1, "max": 0}),
+    (
+        put("vertex_attributes.class", (3, 1), 99),
+        ["attributes/class"],
+        "attributes",
+        {"count": 1, "first": 3},
+    ),
     (put("vertex_costs", "new", np.zeros(25, "f4")), ["layers/new"], "layers", {}),
     (
         put("layer_parameters", "slope", {"radius": 0.4}),
@@ -175,7 +182,7 @@ def test_numbers_against_a_loop(dtype):
 
 
 def test_names_of_members_are_all_there():
-    assert len(set(MEMBERS)) == 12 and {case[2] for case in CHANGES} == set(MEMBERS) - {"other"}
+    assert len(set(MEMBERS)) == 13 and {case[2] for case in CHANGES} == set(MEMBERS) - {"other"}
 
 
 @pytest.mark.parametrize("side", ["A", "B"])

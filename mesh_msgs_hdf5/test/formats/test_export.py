@@ -90,7 +90,8 @@ def test_everything_comes_back_from_ply(tmp_path, rich_mesh):
     ]
     assert (report.materials, report.textures, report.labels) == (4, 3, 9)
     assert report.lines()[0].endswith(
-        "40 vertices, 60 faces, 2 layers, 4 face attributes, 4 materials, 3 textures, 9 labels"
+        "40 vertices, 60 faces, 2 layers, 6 vertex attributes, 4 face attributes, 4 materials, "
+        "3 textures, 9 labels"
     )
 
 
@@ -167,6 +168,7 @@ def test_what_obj_takes_comes_back(tmp_path, rich_mesh):
     assert report.notes == []
     assert notes == [
         "left out: 2 layers, which OBJ does not have; --layer NAME paints one into the colors",
+        "left out: 6 vertex attributes, which OBJ does not have",
         "left out: 4 face attributes, which OBJ does not have",
         "left out: 12 texture features, which OBJ does not have",
         ORIGIN + ADDED,
@@ -190,6 +192,7 @@ def test_stl_says_what_it_leaves_out(tmp_path, rich_mesh):
             "40 normals",
             "40 vertex colors",
             "2 layers",
+            "6 vertex attributes",
             "4 face attributes",
             "40 texture coordinates",
             "3 textures",

@@ -39,10 +39,10 @@ def array(document, binary, index):
     accessor = document["accessors"][index]
     view = document["bufferViews"][accessor["bufferView"]]
     width = WIDTHS[accessor["type"]]
-    flat = np.frombuffer(
-        binary, KINDS[accessor["componentType"]], accessor["count"] * width, view["byteOffset"]
-    )
-    return flat.reshape(-1, width)
+    kind, start = KINDS[accessor["componentType"]], view["byteOffset"]
+    stride = view.get("byteStride", width * np.dtype(kind).itemsize)
+    rows = np.frombuffer(binary, np.uint8, accessor["count"] * stride, start).reshape(-1, stride)
+    return np.ascontiguousarray(rows[:, : width * np.dtype(kind).itemsize]).view(kind)
 
 
 def check_structure(document, binary):
@@ -56,9 +56,11 @@ def check_structure(document, binary):
     for i, accessor in enumerate(document["accessors"]):
         view = document["bufferViews"][accessor["bufferView"]]
         row = WIDTHS[accessor["type"]] * SIZES[accessor["componentType"]]
-        assert accessor["count"] * row == view["byteLength"]
+        stride = view.get("byteStride", row)
+        assert stride - row in range(4) and "byteStride" in view or stride == row
+        assert accessor["count"] * stride == view["byteLength"]
         assert view["target"] in (34962, 34963)
-        assert row % 4 == 0  # of vertex attributes; indices are of four bytes as well
+        assert stride % 4 == 0  # of vertex attributes; indices are of four bytes as well
         values = array(document, binary, i)
         assert np.isfinite(values).all()
         if "min" in accessor:
@@ -100,6 +102,8 @@ def test_the_file_is_as_the_specification_says(tmp_path, rich_mesh):
     primitives = document["meshes"][0]["primitives"]
     assert [p["material"] for p in primitives] == [0, 1, 2, 3]
     assert sum(document["accessors"][p["indices"]]["count"] for p in primitives) == 180
+    assert {"_CLASS_ID", "_FLOW"} <= set(primitives[0]["attributes"])
+    assert not {"_ID", "_INTENSITY", "_ECHO", "_SIFT"} & set(primitives[0]["attributes"])
     assert set(primitives[0]["attributes"]) >= {"_HEIGHT_DIFF", "_VERTEX_COLOR", "TEXCOORD_0"}
     images = []
     for image in document["images"]:

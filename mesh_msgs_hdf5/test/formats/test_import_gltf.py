@@ -236,7 +236,8 @@ def test_corners_that_differ(read):
         "TEXCOORD_0": gltf.accessor(UV[corners], "f4"),
         "_HEIGHT": gltf.accessor(height, "f4"),
         "_ROW": gltf.accessor(np.arange(6), "f4"),
-        "_PAIR": gltf.accessor(np.zeros((6, 2)), "f4"),
+        "_PAIR": gltf.accessor(np.tile([0, 1], (6, 1)), "u1"),
+        "_TURN": gltf.accessor(np.arange(12).reshape(6, 2), "u2"),
         "TEXCOORD_1": gltf.accessor(UV[corners], "f4"),
     }
     gltf.mesh(UP[corners], None, attributes=attributes)
@@ -244,14 +245,15 @@ def test_corners_that_differ(read):
     assert mesh.vertex_normals is None and mesh.vertex_colors is None
     assert mesh.texture_coordinates.tolist() == [[0, 0], [1, 0], [1, 1], [0, 1]]
     assert {k: v.tolist() for k, v in mesh.vertex_costs.items()} == {"HEIGHT": [5, 6, 7, 8]}
+    assert {k: v.tolist() for k, v in mesh.vertex_attributes.items()} == {"PAIR": [[0, 1]] * 4}
     assert report.notes == [
         "left out: attribute TEXCOORD_1 of 1 primitives",
-        "left out: attribute _PAIR of 1 primitives",
         "glTF's up axis was applied: z up",
         WELDED % (6, 4),
         "normals left out: corners that were welded have different ones",
         "colors left out: corners that were welded have different ones",
         "layer ROW left out: corners that were welded have different ones",
+        "attribute TURN left out: corners that were welded have different ones",
     ]
 
 

@@ -97,6 +97,10 @@ def test_single_arrays_equal_those_of_read(tmp_path, rich_mesh):
         layer_parameters={"height_diff": file.layer_parameters("height_diff")},
         face_attributes={name: file.face_attribute(name) for name in file.face_attribute_names()},
         face_parameters={"cost": file.face_parameters("cost")},
+        vertex_attributes={
+            name: file.vertex_attribute(name) for name in file.vertex_attribute_names()
+        },
+        vertex_parameters={name: file.vertex_parameters(name) for name in ("SIFT", "flow")},
         texture_coordinates=file.texture_coordinates,
         textures={index: file.texture(index) for index in file.texture_indices()},
         materials=file.materials,

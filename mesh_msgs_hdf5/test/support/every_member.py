@@ -9,6 +9,8 @@ WRITING |= {"write_part", "rename_part", "delete_part", "copy_part"}
 ARGUMENTS = {
     "vertex_costs": ["height_diff"],
     "layer_parameters": ["height_diff"],
+    "vertex_attribute": ["SIFT"],
+    "vertex_parameters": ["SIFT"],
     "face_attribute": ["cost"],
     "face_parameters": ["cost"],
     "label": ["tree_1"],

@@ -20,7 +20,7 @@ from mesh_msgs_hdf5.validation.validate import validate
 from mesh_msgs_hdf5.validation.validate_shape import check_shape
 from mesh_msgs_hdf5.validation.validate_topology import check_topology
 from mesh_msgs_hdf5.validation.validate_values import (
-    check_face_attribute,
+    check_attribute,
     check_labels,
     check_layer,
     check_textures,
@@ -199,10 +199,10 @@ def test_values_of_layers_attributes_labels_and_textures():
     ]
     assert not list(check_layer("x", np.float32([0, inf])))
     values = np.float64([[1, 2], [1, nan], [inf, 0]])
-    assert of(check_face_attribute("n", values)) == [
+    assert of(check_attribute("face", "n", values)) == [
         ("attribute_not_finite", NOTE, "face attribute n", 1, 2)
     ]
-    assert not list(check_face_attribute("n", np.arange(3)))
+    assert not list(check_attribute("face", "n", np.arange(3)))
     faces = {"a_1": [5, 1], "b": [], "c_1": [2, 1, 5], "d_1": [5, 7]}
     labels = {text: Label(np.array(of, dtype=np.uint32)) for text, of in faces.items()}
     assert of(check_labels(labels, 8)) == [

@@ -6,7 +6,7 @@ from typing import Any, Dict, Iterable, Optional
 import numpy as np
 from mesh_msgs.derived_mesh import DerivedMesh
 from mesh_msgs.split_mesh import SplitMesh
-from mesh_msgs_hdf5.model.carried_mesh import carried_label, carried_mesh
+from mesh_msgs_hdf5.model.carried_mesh import carried_attribute, carried_label, carried_mesh
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
 
@@ -73,6 +73,10 @@ class DerivedContents:
     def vertex_costs(self, name: str) -> np.ndarray:
         """(V,) float32 of a stored layer, see DerivedMesh.vertex_values()."""
         return self.derived.vertex_values(self.parent.vertex_costs(name))
+
+    def vertex_attribute(self, name: str) -> np.ndarray:
+        """(V,) or (V, C)."""
+        return carried_attribute(self.parent.vertex_attribute(name), self.derived)
 
     def face_attribute(self, name: str) -> np.ndarray:
         """(F,) or (F, C)."""

@@ -20,6 +20,10 @@ REPAIR = "repair the mesh where it was made"
 MAX_TEXTURE_INDEX = (1 << 31) - 1  # a material's textureIndex is an int32
 MAX_FEATURES = 100_000  # each is a dataset of its own, and no group of a map may have more
 _DTYPE_HINT = "convert it where it was made"
+_NAMES_OF = {
+    "vertex": schema.check_vertex_attribute_name,
+    "face": schema.check_face_attribute_name,
+}
 
 
 def check_finite(path: PathLike, name: str, array: np.ndarray) -> None:
@@ -231,34 +235,48 @@ def checked_features(path: PathLike, features: Features) -> Optional[Features]:
     return Features(*arrays)
 
 
-def checked_face_attribute(
-    path: PathLike, name: str, values: np.ndarray, face_count: int
+def checked_attribute(
+    path: PathLike, place: str, name: str, values: np.ndarray, count: int
 ) -> np.ndarray:
-    """(F,) or (F, C) numbers in their own type, little-endian; one column is (F,).
+    """(N,) or (N, C) numbers in their own type, little-endian; one column is (N,).
 
-    (F,) float32 are costs of faces: -inf is refused.
+    place: "vertex" or "face", of which there are count. (F,) float32 are costs of faces: -inf is
+    refused.
     """
-    schema.check_face_attribute_name(path, name)
-    what = "face attribute %s" % name
+    _NAMES_OF[place](path, name)
+    what = "%s attribute %s" % (place, name)
     values = np.asarray(values)
     if values.dtype.kind not in "fiu" or values.dtype.itemsize > 8:
         raise MapFileError(
             "dtype", path, "%s is of type %s, not numbers" % (what, values.dtype), _DTYPE_HINT
         )
-    if values.ndim not in (1, 2) or len(values) != face_count or not values.size:
+    if values.ndim not in (1, 2) or len(values) != count or not values.size:
         raise MapFileError(
             "shape",
             path,
-            "%s has the shape %s, not [%d] or [%d,C]"
-            % (what, list(values.shape), face_count, face_count),
-            "one row for each face",
+            "%s has the shape %s, not [%d] or [%d,C]" % (what, list(values.shape), count, count),
+            "one row for each %s" % place,
         )
     if values.shape[1:] == (1,):
         values = values.reshape(-1)
     values = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
-    if values.ndim == 1 and values.dtype == np.float32:
+    if place == "face" and values.ndim == 1 and values.dtype == np.float32:
         check_costs(path, what, values, "face")
     return values
+
+
+def check_names_apart(
+    path: PathLike, layers: Collection[str], vertex_attributes: Collection[str]
+) -> None:
+    """Refuse a layer and a vertex attribute of one name: both are in the group `channels`."""
+    both = sorted(set(layers) & set(vertex_attributes))
+    if both:
+        raise MapFileError(
+            "layer",
+            path,
+            "%r is the name of a layer and of a vertex attribute, %d in all" % (both[0], len(both)),
+            "delete the other one first, or choose another name",
+        )
 
 
 def identical(one: Optional[np.ndarray], other: Optional[np.ndarray]) -> bool:
@@ -297,7 +315,7 @@ def checked_mesh(path: PathLike, mesh: Mesh) -> Mesh:
     """A Mesh whose arrays have the types and shapes of the schema and whose values are sound.
 
     Nothing is converted with loss; arrays that are right are not copied. Parameters of layers and
-    face attributes that are not there, and empty ones, are left out. Raises MapFileError.
+    attributes that are not there, and empty ones, are left out. Raises MapFileError.
     """
     vertices = checked_channel(path, schema.VERTICES, mesh.vertices)
     rows = len(vertices)
@@ -308,10 +326,14 @@ def checked_mesh(path: PathLike, mesh: Mesh) -> Mesh:
     for name, values in mesh.vertex_costs.items():
         schema.check_layer_name(path, name)
         costs[name] = checked_costs(path, name, values, rows)
-    attributes = {
-        name: checked_face_attribute(path, name, values, len(faces))
-        for name, values in mesh.face_attributes.items()
-    }
+    attributes, of_vertices = (
+        {name: checked_attribute(path, place, name, values, count) for name, values in of.items()}
+        for place, of, count in (
+            ("face", mesh.face_attributes, len(faces)),
+            ("vertex", mesh.vertex_attributes, rows),
+        )
+    )
+    check_names_apart(path, costs, of_vertices)
     textures = {
         int(index): checked_image(path, index, image) for index, image in mesh.textures.items()
     }
@@ -334,6 +356,10 @@ def checked_mesh(path: PathLike, mesh: Mesh) -> Mesh:
         face_attributes=attributes,
         face_parameters=_checked_parameters(
             path, "face attribute", mesh.face_parameters, attributes
+        ),
+        vertex_attributes=of_vertices,
+        vertex_parameters=_checked_parameters(
+            path, "vertex attribute", mesh.vertex_parameters, of_vertices
         ),
         texture_coordinates=None if uv is None else checked_texture_coordinates(path, uv, rows),
         textures=textures,

@@ -151,7 +151,7 @@ class _Names:
 
         given = vars(parsed_args)
         path = next((given[name] for name in self._files if given.get(name)), None)
-        kind = "face" if given.get("face") is True else self._kind
+        kind = given.get("place") or self._kind
         path = path[0] if isinstance(path, list) else path
         if not path:
             return []
@@ -161,6 +161,8 @@ class _Names:
             file = MapFile(path, given.get("part"))
             if kind == "label":
                 return file.label_names()
+            if kind == "vertex":
+                return file.vertex_attribute_names()
             return file.face_attribute_names() if kind == "face" else file.layer_names()
         except MapFileError:  # there is no name to offer
             return []

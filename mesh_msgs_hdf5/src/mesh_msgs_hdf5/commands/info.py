@@ -50,8 +50,9 @@ def _rows(summary):
         yield "layer", values_text(layer)
     if not summary["layers"]:
         yield "layers", "none"
-    for attribute in summary["face_attributes"]:
-        yield "face", values_text(attribute)
+    for place in ("vertex", "face"):
+        for attribute in summary[place + "_attributes"]:
+            yield place, values_text(attribute)
     for texture in summary["textures"]:
         size = "" if "width" not in texture else ": {width} x {height} pixels, {channels} channels"
         yield "texture", ("{index}" + size).format(**texture)
@@ -113,7 +114,7 @@ def _format(summary):
 
 
 def values_text(entry: Dict[str, Any]) -> str:
-    """One line about a layer or face attribute (see summary.layer_summary)."""
+    """One line about a layer or attribute (see summary.layer_summary)."""
     text = entry["name"]
     if "min" in entry:
         finite = "no finite value" if entry["min"] is None else "{min:g} .. {max:g}".format(**entry)

@@ -1,75 +1,104 @@
-"""Changes of the layers (or face attributes) of a map file by a command."""
-from typing import Iterable, List
+"""Changes of the layers (or attributes) of a map file by a command.
+
+place: "vertex" or "face" for the attributes there; None for layers.
+"""
+from typing import Iterable, List, NamedTuple, Optional
 
 from mesh_msgs_hdf5.formats.any_mesh import Members
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.schema import check_layer_name
 
-
-def names_of(file: Members, face: bool) -> List[str]:
-    """The names of the layers, or of the face attributes."""
-    return file.face_attribute_names() if face else file.layer_names()
+Place = Optional[str]
 
 
-def copied(file: Members, source: Members, name: str, new: str, face: bool, force: bool) -> Edit:
+class _Kind(NamedTuple):
+    """what: for people; the others: names of members, of an Edit and of a mesh."""
+
+    what: str
+    values: str
+    parameters: str
+    names_of: str
+    value_of: str
+    parameters_of: str
+
+
+_KINDS = {
+    None: _Kind(
+        "layer",
+        *("vertex_costs", "layer_parameters"),
+        *("layer_names", "vertex_costs", "layer_parameters"),
+    )
+}
+for _place in ("vertex", "face"):
+    _KINDS[_place] = _Kind(
+        _place + " attribute",
+        *(_place + "_attributes", _place + "_parameters"),
+        *(_place + "_attribute_names", _place + "_attribute", _place + "_parameters"),
+    )
+
+
+def what(place: Place) -> str:
+    """One of them, for people."""
+    return _KINDS[place].what
+
+
+def names_of(file: Members, place: Place) -> List[str]:
+    """The names of the layers, or of the attributes."""
+    return getattr(file, _KINDS[place].names_of)()
+
+
+def copied(file: Members, source: Members, name: str, new: str, place: Place, force: bool) -> Edit:
     """A layer of source, which has the same geometry as file, as layer new of file.
 
     force: it may replace one. Raises MapFileError.
     """
-    _check_there(source, name, face)
+    _check_there(source, name, place)
     if not force:
-        _check_new(file, new, face, "use --force to replace it")
+        _check_new(file, new, place, "use --force to replace it")
     if source.path != file.path and source.uuid != file.uuid:
         message = "its geometry is another than that of %s" % source.path
         raise MapFileError("uuid", file.path, message, "a layer belongs to one geometry")
     edit = Edit()
-    _set(edit, source, name, new, face)
+    _set(edit, source, name, new, place)
     return edit
 
 
-def deleted(file: Members, names: Iterable[str], face: bool) -> Edit:
+def deleted(file: Members, names: Iterable[str], place: Place) -> Edit:
     """Layers removed. Raises MapFileError."""
     edit = Edit()
     for name in names:
-        _check_there(file, name, face)
-        (edit.face_attributes if face else edit.vertex_costs)[name] = None
+        _check_there(file, name, place)
+        getattr(edit, _KINDS[place].values)[name] = None
     return edit
 
 
-def renamed(file: Members, old: str, new: str, face: bool) -> Edit:
+def renamed(file: Members, old: str, new: str, place: Place) -> Edit:
     """A layer with another name. Raises MapFileError."""
-    _check_there(file, old, face)
-    _check_new(file, new, face, "delete it first, or choose another name")
+    _check_there(file, old, place)
+    _check_new(file, new, place, "delete it first, or choose another name")
     edit = Edit()
-    _set(edit, file, old, new, face)
-    (edit.face_attributes if face else edit.vertex_costs)[old] = None
+    _set(edit, file, old, new, place)
+    getattr(edit, _KINDS[place].values)[old] = None
     return edit
 
 
-def _set(edit, source, name, new, face):
-    if face:
-        edit.face_attributes[new] = source.face_attribute(name)
-        edit.face_parameters[new] = source.face_parameters(name)
-    else:
-        edit.vertex_costs[new] = source.vertex_costs(name)
-        edit.layer_parameters[new] = source.layer_parameters(name)
+def _set(edit, source, name, new, place):
+    kind = _KINDS[place]
+    getattr(edit, kind.values)[new] = getattr(source, kind.value_of)(name)
+    getattr(edit, kind.parameters)[new] = getattr(source, kind.parameters_of)(name)
 
 
-def _what(face):
-    return "face attribute" if face else "layer"
-
-
-def _check_there(file, name, face):
-    known = names_of(file, face)
+def _check_there(file, name, place):
+    known = names_of(file, place)
     if name not in known:
         hint = "there are: " + ", ".join(known) if known else "the mesh has none"
-        message = "there is no %s %r" % (_what(face), name)
+        message = "there is no %s %r" % (what(place), name)
         raise MapFileError("layer", file.path, message, hint)
 
 
-def _check_new(file, name, face, hint):
+def _check_new(file, name, place, hint):
     check_layer_name(file.path, name)
-    if name in names_of(file, face):
-        message = "there is a %s %r already" % (_what(face), name)
+    if name in names_of(file, place):
+        message = "there is a %s %r already" % (what(place), name)
         raise MapFileError("exists", file.path, message, hint)

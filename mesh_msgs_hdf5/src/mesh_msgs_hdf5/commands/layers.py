@@ -1,12 +1,17 @@
-"""mesh_tool layers: the cost layers (or, with --face, the face attributes) of a map file."""
+"""mesh_tool layers: the cost layers (or, with --vertex or --face, the attributes) of a map file."""
 import argparse
 from typing import List
 
 from mesh_msgs_hdf5.commands._common import add_actions, say
 from mesh_msgs_hdf5.commands.info import values_text
-from mesh_msgs_hdf5.commands.layer_changes import copied, deleted, names_of, renamed
+from mesh_msgs_hdf5.commands.layer_changes import copied, deleted, names_of, renamed, what
 from mesh_msgs_hdf5.commands.progress import ProgressLine
-from mesh_msgs_hdf5.commands.summary import face_attribute_summary, layer_summary, readable
+from mesh_msgs_hdf5.commands.summary import (
+    face_attribute_summary,
+    layer_summary,
+    readable,
+    vertex_attribute_summary,
+)
 from mesh_msgs_hdf5.formats.any_mesh import open_members
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -21,13 +26,23 @@ _ACTIONS = {
     "rename": ("rename a layer", "garden.h5 slope slope_old"),
 }
 ACTIONS = tuple(_ACTIONS)
+_SUMMARIES = {
+    None: layer_summary,
+    "vertex": vertex_attribute_summary,
+    "face": face_attribute_summary,
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = add_actions(parser, NAME, _ACTIONS)
     for action in add.values():
+        kinds = action.add_mutually_exclusive_group()
+        text = "attributes of the vertices instead of layers: any numbers, in any number of columns"
+        kinds.add_argument(
+            "--vertex", dest="place", action="store_const", const="vertex", help=text
+        )
         text = "attributes of the faces instead of layers"
-        action.add_argument("--face", action="store_true", help=text)
+        kinds.add_argument("--face", dest="place", action="store_const", const="face", help=text)
     add["copy"].add_argument("name", metavar="NAME")
     add["copy"].add_argument("new", metavar="NEW", nargs="?", help="default with --from: NAME")
     add["copy"].add_argument("--from", dest="origin", metavar="OTHER", help="the mesh that has it")
@@ -58,20 +73,16 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _list(arguments):
     file = open_members(arguments.file, arguments.part).members
-    summary = face_attribute_summary if arguments.face else layer_summary
+    summary = _SUMMARIES[arguments.place]
     notes: List[str] = []
-    names = names_of(file, arguments.face)
+    names = names_of(file, arguments.place)
     entries = readable(names, lambda name: summary(file, name), notes)
     notes += file.notes
-    key = "face_attributes" if arguments.face else "layers"
+    key = arguments.place + "_attributes" if arguments.place else "layers"
     lines = [values_text(entry) for entry in entries]
-    none = ["%s: no %ss" % (arguments.file, _what(arguments))]
+    none = ["%s: no %ss" % (arguments.file, what(arguments.place))]
     value = {"path": arguments.file, key: entries, "notes": notes}
     return value, (lines or none) + ["  note: " + note for note in notes]
-
-
-def _what(arguments):
-    return "face attribute" if arguments.face else "layer"
 
 
 def _copy(file, arguments):
@@ -81,18 +92,18 @@ def _copy(file, arguments):
         new = arguments.name if new is None else new
     if new is None or (source is file and new == arguments.name):
         raise MapFileError("layer", file.path, "the copy needs a name of its own", "NAME NEW")
-    edit = copied(file, source, arguments.name, new, arguments.face, arguments.force)
-    return edit, "%s %s copied to %s" % (_what(arguments), arguments.name, new)
+    edit = copied(file, source, arguments.name, new, arguments.place, arguments.force)
+    return edit, "%s %s copied to %s" % (what(arguments.place), arguments.name, new)
 
 
 def _delete(file, arguments):
-    text = "deleted %s %s" % (_what(arguments), ", ".join(arguments.names))
-    return deleted(file, arguments.names, arguments.face), text
+    text = "deleted %s %s" % (what(arguments.place), ", ".join(arguments.names))
+    return deleted(file, arguments.names, arguments.place), text
 
 
 def _rename(file, arguments):
-    edit = renamed(file, arguments.name, arguments.new, arguments.face)
-    return edit, "%s %s renamed to %s" % (_what(arguments), arguments.name, arguments.new)
+    edit = renamed(file, arguments.name, arguments.new, arguments.place)
+    return edit, "%s %s renamed to %s" % (what(arguments.place), arguments.name, arguments.new)
 
 
 _CHANGES = {"copy": _copy, "delete": _delete, "rename": _rename}

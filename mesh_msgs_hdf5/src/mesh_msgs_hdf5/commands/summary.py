@@ -66,6 +66,7 @@ def _summary(file: Members, fast: bool, notes: List[str]) -> Dict[str, Any]:
     summary.update(_bounds(file, fast, read))
     for key, names, about in (
         ("layers", file.layer_names(), layer_summary),
+        ("vertex_attributes", file.vertex_attribute_names(), vertex_attribute_summary),
         ("face_attributes", file.face_attribute_names(), face_attribute_summary),
         ("textures", file.texture_indices(), _texture),
     ):
@@ -129,14 +130,25 @@ def layer_summary(file: Members, name: str, fast: bool = False, read=None) -> Di
     return entry
 
 
-def face_attribute_summary(
+def vertex_attribute_summary(
     file: Members, name: str, fast: bool = False, read=None
 ) -> Dict[str, Any]:
     """As layer_summary(); unless fast also the type of its numbers."""
-    entry = {"name": name, "parameters": file.face_parameters(name)}
+    return _attribute_summary(file, "vertex", name, fast, read)
+
+
+def face_attribute_summary(
+    file: Members, name: str, fast: bool = False, read=None
+) -> Dict[str, Any]:
+    """Likewise."""
+    return _attribute_summary(file, "face", name, fast, read)
+
+
+def _attribute_summary(file, place, name, fast, read):
+    entry = {"name": name, "parameters": getattr(file, place + "_parameters")(name)}
     if not fast:
-        values = file.face_attribute(name)
-        _note(read, "face attribute " + name)
+        values = getattr(file, place + "_attribute")(name)
+        _note(read, "%s attribute %s" % (place, name))
         columns = 1 if values.ndim == 1 else values.shape[1]
         entry["type"] = str(values.dtype) + ("" if columns == 1 else " x %d" % columns)
         entry.update(costs_summary(values))

@@ -10,11 +10,12 @@ from mesh_msgs_hdf5.formats.any_mesh import Members
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.label_names import natural_order
 
-MEMBERS = ("geometry", "normals", "colors", "layers", "faces", "labels", "textures", "features")
-MEMBERS += ("frame", "origin", "source", "other")
+MEMBERS = ("geometry", "normals", "colors", "layers", "attributes", "faces", "labels", "textures")
+MEMBERS += ("features", "frame", "origin", "source", "other")
 # of a mesh's members with names: those of the names, of the values, and of their parameters
 _NAMED = {
     "layers": ("layer_names", "vertex_costs", "layer_parameters"),
+    "attributes": ("vertex_attribute_names", "vertex_attribute", "vertex_parameters"),
     "faces": ("face_attribute_names", "face_attribute", "face_parameters"),
 }
 
@@ -40,6 +41,7 @@ def compare(
         "normals": lambda: _normals(one, other, vertices, tolerance),
         "colors": lambda: _colors(one, other, vertices),
         "layers": lambda: _named("layers", one, other, vertices, tolerance),
+        "attributes": lambda: _named("attributes", one, other, vertices, tolerance),
         "faces": lambda: _named("faces", one, other, faces, tolerance),
         "labels": lambda: _labels(one, other, faces),
         "textures": lambda: _textures(one, other, vertices, faces, tolerance),

@@ -51,6 +51,16 @@ class MeshMembers:
     def all_layer_parameters(self) -> Dict[str, Dict[str, Any]]:
         return {name: self.layer_parameters(name) for name in self.layer_names()}
 
+    def vertex_attribute_names(self) -> List[str]:
+        return sorted(self._mesh.vertex_attributes)
+
+    def vertex_attribute(self, name: str) -> np.ndarray:
+        return self._of("vertex attribute", self._mesh.vertex_attributes, name)
+
+    def vertex_parameters(self, name: str) -> Dict[str, Any]:
+        self.vertex_attribute(name)
+        return self._mesh.vertex_parameters.get(name, {})
+
     def face_attribute_names(self) -> List[str]:
         return sorted(self._mesh.face_attributes)
 

@@ -18,7 +18,7 @@ from mesh_msgs_hdf5.formats.base.polygons import (
 )
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.values import (
-    add_face_attribute,
+    add_attribute,
     colors_or_none,
     coordinates_or_none,
     normals_or_none,
@@ -77,7 +77,7 @@ def read_off(path: PathLike, data: bytes, options: Options, report: ImportReport
     if colors is not None:
         found = _colors(colors, "face", report)
         if found is not None:
-            add_face_attribute(path, mesh, FACE_COLORS, triangles.of_polygons(found), report)
+            add_attribute(path, mesh, "face", FACE_COLORS, triangles.of_polygons(found), report)
     elif (_lengths(lines[vertex_count : vertex_count + face_count]) != counts + 1).any():
         report.note("left out: what stands behind the corners of faces and is no color of each")
     if len(lines) > vertex_count + face_count:

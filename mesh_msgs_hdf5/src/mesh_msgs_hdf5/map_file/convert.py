@@ -43,6 +43,7 @@ _NONE: Mapping[str, LabelChanges] = types.MappingProxyType({})
 PROFILES = ("s1", "lvr2", "both", "ros2")
 _NOT_IMAGES = "not textures"  # a group of the part, for what LVR2 would take for a texture
 _KNOWN_ATTRIBUTES = frozenset(IMAGE_ATTRIBUTES) | {
+    schema.KIND,
     schema.PARAMETERS,
     schema.LABEL_COLOR,
     schema.FEATURE_LOCATION,

@@ -23,6 +23,7 @@ MEMBERS = (
     *("vertices", "vertex_rounding", "faces"),
     *("vertex_normals", "vertex_colors", "texture_coordinates"),
     *("layer_names", "vertex_costs", "layer_parameters", "all_layer_parameters"),
+    *("vertex_attribute_names", "vertex_attribute", "vertex_parameters"),
     *("face_attribute_names", "face_attribute", "face_parameters"),
     *("texture_indices", "texture", "textures_form", "materials", "features"),
     *("has_seams", "seam_originals", "parent_uuid"),

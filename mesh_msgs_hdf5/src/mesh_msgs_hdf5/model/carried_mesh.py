@@ -10,7 +10,8 @@ from mesh_msgs_hdf5.model.mesh import Label, Materials, Mesh
 def carried_mesh(mesh: Mesh, derived: DerivedMesh) -> Mesh:
     """What a mesh has, on one that was derived of it.
 
-    Costs, colors, normals and texture coordinates of vertices are interpolated; attributes,
+    Costs, colors, normals, texture coordinates and attributes of vertices are interpolated, but
+    for whole numbers, which may be names of something: those of the nearest vertex; attributes,
     materials and labels of faces are those of their parents. Textures, features and where the mesh
     comes from are shared. What layers and attributes were computed with is left out: values that
     were computed on the derived mesh would be others.
@@ -35,6 +36,10 @@ def carried_mesh(mesh: Mesh, derived: DerivedMesh) -> Mesh:
         },
         frame_id=mesh.frame_id,
         source=mesh.source,
+        vertex_attributes={
+            name: carried_attribute(values, derived)
+            for name, values in mesh.vertex_attributes.items()
+        },
         face_attributes={
             name: derived.face_values(values) for name, values in mesh.face_attributes.items()
         },
@@ -46,6 +51,14 @@ def carried_mesh(mesh: Mesh, derived: DerivedMesh) -> Mesh:
         origin=mesh.origin,
         crs=mesh.crs,
     )
+
+
+def carried_attribute(values: np.ndarray, derived: DerivedMesh) -> np.ndarray:
+    """A vertex attribute (V,) or (V, C) of the parent, on a derived mesh."""
+    if values.dtype.kind == "f":
+        return derived.vertex_values(values)
+    nearest = np.argmax(derived.vertex_weights, axis=1)
+    return values[derived.vertex_parents[np.arange(len(nearest)), nearest]]
 
 
 def carried_label(label: Label, derived: DerivedMesh) -> Label:

@@ -14,8 +14,8 @@ LabelChanges = Dict[str, Optional[Label]]  # text -> label; None for one that is
 class Edit:
     """Arrays as in Mesh. In the dictionaries, None removes what has that key.
 
-    layer_parameters, face_parameters: of the layers and face attributes in this edit; a layer that
-    is not in vertex_costs keeps its parameters.
+    layer_parameters, vertex_parameters, face_parameters: of the layers and attributes in this edit;
+    a layer that is not in vertex_costs keeps its parameters.
     remove: names of members below that hold one array, which is to go: "vertex_normals",
     "vertex_colors", "texture_coordinates", "materials", "features".
     """
@@ -24,6 +24,8 @@ class Edit:
     layer_parameters: Dict[str, Optional[Dict[str, Any]]] = field(default_factory=dict)
     face_attributes: Dict[str, Optional[np.ndarray]] = field(default_factory=dict)
     face_parameters: Dict[str, Optional[Dict[str, Any]]] = field(default_factory=dict)
+    vertex_attributes: Dict[str, Optional[np.ndarray]] = field(default_factory=dict)
+    vertex_parameters: Dict[str, Optional[Dict[str, Any]]] = field(default_factory=dict)
     labels: Dict[str, Optional[Label]] = field(default_factory=dict)
     textures: Dict[int, Optional[np.ndarray]] = field(default_factory=dict)
     vertex_normals: Optional[np.ndarray] = None

@@ -56,10 +56,12 @@ class Mesh:
     vertex_normals: (V, 3) float32 or None.
     vertex_colors: (V, 3) uint8 red, green, blue, or None.
     vertex_costs: layer name -> (V,) float32; finite >= 0 is a cost, +inf is lethal, NaN is unknown.
+    vertex_attributes: name -> (V,) or (V, C) of float or integer numbers of any width, which are no
+        costs: class ids, intensities, features. Layers have other names.
     face_attributes: name -> (F,) or (F, C) of float or integer numbers of any width; costs of faces
         are (F,) float32.
-    layer_parameters, face_parameters: name -> the parameters that this layer (face attribute) was
-        computed with (what json can write).
+    layer_parameters, vertex_parameters, face_parameters: name -> the parameters that this layer
+        (attribute) was computed with (what json can write).
     texture_coordinates: (V, 2) float32 u, v (v upwards, as OBJ and OpenGL have it), or None.
     textures: index -> (height, width, 3) uint8 red, green, blue, or (height, width, 4) with alpha;
         row 0 is the top.
@@ -86,6 +88,8 @@ class Mesh:
     layer_parameters: Dict[str, Dict[str, Any]] = field(default_factory=dict)
     face_attributes: Dict[str, np.ndarray] = field(default_factory=dict)
     face_parameters: Dict[str, Dict[str, Any]] = field(default_factory=dict)
+    vertex_attributes: Dict[str, np.ndarray] = field(default_factory=dict)
+    vertex_parameters: Dict[str, Dict[str, Any]] = field(default_factory=dict)
     texture_coordinates: Optional[np.ndarray] = None
     textures: Dict[int, np.ndarray] = field(default_factory=dict)
     materials: Optional[Materials] = None

@@ -28,8 +28,10 @@ NORMALS = "vertex_normals"
 COLORS = "vertex_colors"
 
 # channel -> (columns, dtype); a cost layer is any other float channel with one value per vertex
+# that is not marked as an attribute; all other numbers with a row per vertex are vertex attributes
 ARRAYS = {VERTICES: (3, "<f4"), FACES: (3, "<u4"), NORMALS: (3, "<f4"), COLORS: (3, "|u1")}
 COST_DTYPE = "<f4"
+KIND, ATTRIBUTE = "kind", "attribute"  # the mark: a string attribute of the dataset, and its value
 # in channels: a group with a dataset [D] for each feature, whose attribute is the place [3]
 FEATURES = "texture_features"
 FEATURE_LOCATION = "vector"
@@ -66,7 +68,7 @@ UUID = "uuid"
 SOURCE = "source"  # JSON object: provenance
 ORIGIN = "origin"  # <f8 [3]: vertices + origin are coordinates in CRS
 CRS = "crs"  # text, e.g. EPSG:25832
-PARAMETERS = "parameters"  # of the dataset of a layer or face attribute: JSON object
+PARAMETERS = "parameters"  # of the dataset of a layer or attribute: JSON object
 LABEL_COLOR = "color"  # of a label's dataset: |u1 [3]
 
 MAX_NAME_BYTES = 255
@@ -87,6 +89,11 @@ def part_path(path: PathLike, part: str) -> List[str]:
 def check_layer_name(path: PathLike, name: str) -> None:
     """Refuse a layer name that cannot be one in the group `channels`, or has a meaning there."""
     _check_array_name(path, "layer", name, RESERVED)
+
+
+def check_vertex_attribute_name(path: PathLike, name: str) -> None:
+    """Refuse a name that cannot be one beside the layers in the group `channels`."""
+    _check_array_name(path, "vertex attribute", name, RESERVED)
 
 
 def check_face_attribute_name(path: PathLike, name: str) -> None:

@@ -45,7 +45,7 @@ RULES: Dict[str, str] = {
     "layer_negative": "a cost is negative",
     "layer_unknown": "a cost is unknown (NaN)",
     "layer_all_unknown": "no value of a layer is known",
-    "attribute_not_finite": "a value of a face attribute is not finite",
+    "attribute_not_finite": "a value of an attribute is not finite",
     "label_empty": "a label has no faces",
     "labels_overlap": "a face has several labels",
     "texture_unused": "no material has this texture",

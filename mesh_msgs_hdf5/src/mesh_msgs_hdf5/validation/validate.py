@@ -15,7 +15,7 @@ from mesh_msgs_hdf5.validation.validate_beside import check_journal, check_tempo
 from mesh_msgs_hdf5.validation.validate_shape import check_shape
 from mesh_msgs_hdf5.validation.validate_topology import check_topology
 from mesh_msgs_hdf5.validation.validate_values import (
-    check_face_attribute,
+    check_attribute,
     check_labels,
     check_layer,
     check_textures,
@@ -108,11 +108,15 @@ def _read_all(file: Members, findings, progress) -> Dict[str, Any]:
         costs = read(where, file.vertex_costs, name)
         read(where, file.layer_parameters, name)
         findings += check_layer(name, costs) if costs is not None else ()
-    for name in read("face attributes", file.face_attribute_names) or ():
-        where = "face attribute " + one_line(name)
-        values = read(where, file.face_attribute, name)
-        read(where, file.face_parameters, name)
-        findings += check_face_attribute(name, values) if values is not None else ()
+    for place, names, attribute, parameters in (
+        ("vertex", file.vertex_attribute_names, file.vertex_attribute, file.vertex_parameters),
+        ("face", file.face_attribute_names, file.face_attribute, file.face_parameters),
+    ):
+        for name in read(place + " attributes", names) or ():
+            where = "%s attribute %s" % (place, one_line(name))
+            values = read(where, attribute, name)
+            read(where, parameters, name)
+            findings += check_attribute(place, name, values) if values is not None else ()
     members["textures"] = read("textures", file.texture_indices) or ()
     for index in members["textures"]:
         read("texture %d" % index, file.texture, index)

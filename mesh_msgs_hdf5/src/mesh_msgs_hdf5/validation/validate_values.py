@@ -21,12 +21,13 @@ def check_layer(name: str, costs: np.ndarray) -> Iterator[MapFinding]:
     yield from found("layer_unknown", where, share, unknown, NOTE)
 
 
-def check_face_attribute(name: str, values: np.ndarray) -> Iterator[MapFinding]:
-    """Findings about the values (F,) or (F, C) of one face attribute."""
+def check_attribute(place: str, name: str, values: np.ndarray) -> Iterator[MapFinding]:
+    """Findings about the values (N,) or (N, C) of one attribute; place: "vertex" or "face"."""
     if values.dtype.kind == "f" and values.size:
         bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
-        where = "face attribute " + one_line(name)
-        yield from found("attribute_not_finite", where, "faces have NaN or inf", bad, NOTE)
+        where = "%s attribute %s" % (place, one_line(name))
+        text = "%s have NaN or inf" % {"vertex": "vertices", "face": "faces"}[place]
+        yield from found("attribute_not_finite", where, text, bad, NOTE)
 
 
 def check_labels(labels: Dict[str, Label], face_count: int) -> Iterator[MapFinding]:

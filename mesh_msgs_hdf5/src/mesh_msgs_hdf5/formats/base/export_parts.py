@@ -50,6 +50,7 @@ MEANING = {
     "vertex_normals": "%d normals",
     "vertex_colors": "%d vertex colors",
     "vertex_costs": "%d layers",
+    "vertex_attributes": "%d vertex attributes",
     "face_attributes": "%d face attributes",
     "texture_coordinates": "%d texture coordinates",
     "textures": "%d textures",

@@ -24,6 +24,7 @@ def take_vertices(mesh: Mesh, rows: np.ndarray) -> Mesh:
         vertex_colors=taken(mesh.vertex_colors),
         texture_coordinates=taken(mesh.texture_coordinates),
         vertex_costs={name: costs[rows] for name, costs in mesh.vertex_costs.items()},
+        vertex_attributes={name: values[rows] for name, values in mesh.vertex_attributes.items()},
         seam_originals=None,
     )
 

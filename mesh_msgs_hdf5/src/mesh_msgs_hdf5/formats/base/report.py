@@ -16,9 +16,9 @@ class ImportReport:
     """Counts and notes; nothing is changed without a note.
 
     format: "PLY", "OBJ", "STL", "OFF", "DAE", "ZAE", "FBX", "3DS", "GLB", "glTF" or "HDF5";
-    vertices, faces, layers, face_attributes, materials, textures, labels: of the mesh;
-    triangulated: polygons of more than three corners in the file; merged: vertices that fell
-    together; split: copies of vertices appended along seams; dropped_vertices, dropped_faces,
+    vertices, faces, layers, vertex_attributes, face_attributes, materials, textures, labels: of
+    the mesh; triangulated: polygons of more than three corners in the file; merged: vertices that
+    fell together; split: copies of vertices appended along seams; dropped_vertices, dropped_faces,
     flipped: what repairing did; rounded: by how much (meters) a coordinate changed at most by
     becoming float32.
     """
@@ -28,6 +28,7 @@ class ImportReport:
     vertices: int = 0
     faces: int = 0
     layers: int = 0
+    vertex_attributes: int = 0
     face_attributes: int = 0
     materials: int = 0
     textures: int = 0
@@ -49,6 +50,7 @@ class ImportReport:
         """Take the counts of the mesh."""
         self.vertices, self.faces = len(mesh.vertices), len(mesh.faces)
         self.layers, self.face_attributes = len(mesh.vertex_costs), len(mesh.face_attributes)
+        self.vertex_attributes = len(mesh.vertex_attributes)
         self.materials = 0 if mesh.materials is None else len(mesh.materials.colors)
         self.textures, self.labels = len(mesh.textures), len(mesh.labels)
 
@@ -60,7 +62,15 @@ class ImportReport:
             self.vertices,
             self.faces,
         )
-        for name in ("layers", "face_attributes", "materials", "textures", "labels"):
+        names = (
+            "layers",
+            "vertex_attributes",
+            "face_attributes",
+            "materials",
+            "textures",
+            "labels",
+        )
+        for name in names:
             count, noun = getattr(self, name), name.replace("_", " ")
             if count:
                 head += ", %d %s" % (count, noun if count != 1 else noun[:-1])

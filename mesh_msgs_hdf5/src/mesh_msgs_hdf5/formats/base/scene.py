@@ -9,7 +9,7 @@ from mesh_msgs_hdf5.formats.base.movement import mirrors, moved_normals, moved_p
 from mesh_msgs_hdf5.formats.base.options import Options, placed
 from mesh_msgs_hdf5.formats.base.polygons import triangle_edges, weld
 from mesh_msgs_hdf5.formats.base.report import ImportReport
-from mesh_msgs_hdf5.formats.base.values import add_layer, normals_or_none
+from mesh_msgs_hdf5.formats.base.values import add_attribute, add_layer, normals_or_none
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
@@ -22,7 +22,8 @@ class ScenePart:
     """Triangles with vertices of their own.
 
     positions: (N, 3) float; faces: (F, 3) int64, below N; materials: (F,) int64; normals: (N, 3);
-    colors: (N, 3) uint8; coordinates: (N, 2) float32; layers: name -> (N,).
+    colors: (N, 3) uint8; coordinates: (N, 2) float32; layers: name -> (N,); attributes: name ->
+    (N, C) of any numbers.
     """
 
     positions: np.ndarray
@@ -32,6 +33,7 @@ class ScenePart:
     colors: Optional[np.ndarray] = None
     coordinates: Optional[np.ndarray] = None
     layers: Dict[str, np.ndarray] = field(default_factory=dict)
+    attributes: Dict[str, np.ndarray] = field(default_factory=dict)
 
     def moved(self, transform: np.ndarray) -> "ScenePart":
         """The part after a 4 x 4 transform; where that mirrors, outside stays outside."""
@@ -61,6 +63,7 @@ class Scene:
     coordinates: Optional[np.ndarray] = None
     known: Optional[np.ndarray] = None
     layers: Dict[str, np.ndarray] = field(default_factory=dict)
+    attributes: Dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def check_scene_size(path: PathLike, total: int) -> None:
@@ -78,7 +81,7 @@ def joined(parts: List[ScenePart], report: ImportReport) -> Scene:
     """One scene of all parts.
 
     Where only some have colors the others are white, where only some have a layer the others are
-    unknown there; normals need all.
+    unknown there; normals need all, and attributes, in the same type.
     """
     rows = [len(part.positions) for part in parts]
     starts = np.cumsum([0] + rows)[:-1]
@@ -114,6 +117,25 @@ def joined(parts: List[ScenePart], report: ImportReport) -> Scene:
             name: filled([part.layers.get(name) for part in parts], 0, np.nan, np.float32)
             for name in names
         },
+        _joined_attributes(parts, report),
+    )
+
+
+def _joined_attributes(parts, report):
+    found = {}
+    for name in dict.fromkeys(name for part in parts for name in part.attributes):
+        values = [part.attributes.get(name) for part in parts]
+        if len({None if v is None else (v.dtype, v.shape[1:]) for v in values}) == 1:
+            found[name] = np.concatenate(values)
+        else:
+            report.note("attribute %s left out: %d parts have none like it", name, _others(values))
+    return found
+
+
+def _others(values):
+    first = next(v for v in values if v is not None)
+    return sum(
+        v is None or (v.dtype, v.shape[1:]) != (first.dtype, first.shape[1:]) for v in values
     )
 
 
@@ -147,7 +169,14 @@ def unwelded_mesh(
     mesh.texture_coordinates = scene.coordinates
     for name, values in scene.layers.items():
         add_layer(path, mesh, name, values, report)
+    for name, values in scene.attributes.items():
+        add_attribute(path, mesh, "vertex", name, _narrow(values), report)
     return mesh
+
+
+def _narrow(values):
+    """One column as (N,)."""
+    return values[:, 0] if values.shape[1] == 1 else values
 
 
 def welded_mesh(path: PathLike, scene: Scene, options: Options, report: ImportReport) -> Mesh:
@@ -190,6 +219,10 @@ def welded_mesh(path: PathLike, scene: Scene, options: Options, report: ImportRe
         costs = taken(values, "layer %s" % name)
         if costs is not None:
             add_layer(path, mesh, name, costs, report)
+    for name, values in scene.attributes.items():
+        values = taken(values, "attribute %s" % name)
+        if values is not None:
+            add_attribute(path, mesh, "vertex", name, _narrow(values), report)
     if scene.coordinates is not None and scene.known is not None:
         known = scene.known[rows]
         found = texture_vertices(

@@ -1,4 +1,4 @@
-"""Normals, colors and layers of files as a mesh keeps them; what cannot be kept is noted."""
+"""Normals, colors, layers and attributes of files as a mesh has them; what it cannot is noted."""
 from typing import Any, Dict, Optional, Set
 
 import numpy as np
@@ -63,8 +63,8 @@ def add_layer(
 ) -> None:
     """Give the mesh a layer; a slash in its name becomes _.
 
-    Whole numbers are taken if float32 holds each exactly; MapFileError not_finite where a float is
-    too large for it.
+    Whole numbers are one if float32 holds each exactly, else a vertex attribute. MapFileError
+    not_finite where a float is too large for it.
     """
     stored = one_line(name.replace("/", "_"))
     try:
@@ -72,20 +72,13 @@ def add_layer(
     except MapFileError as error:
         report.note("property %s left out: %s", name, error.message)
         return
-    if stored in mesh.vertex_costs:
+    if stored in mesh.vertex_costs or stored in mesh.vertex_attributes:
         report.note("property %s left out: there is a layer of that name already", name)
         return
     costs = np.ascontiguousarray(narrowed(values))
     if values.dtype.kind in "iu":
-        wrong = np.flatnonzero(costs.astype(np.float64) != values)
-        if len(wrong):
-            report.note(
-                "property %s left out: %d whole numbers do not fit float32, first %d at vertex %d",
-                name,
-                len(wrong),
-                values[wrong[0]],
-                wrong[0],
-            )
+        if (costs.astype(np.longdouble) != values).any():
+            add_attribute(path, mesh, "vertex", stored, values, report, parameters)
             return
     overflow = np.flatnonzero(np.isinf(costs) & ~np.isinf(values))
     if len(overflow):
@@ -102,26 +95,32 @@ def add_layer(
     note_costs(report, stored, costs)
 
 
-def add_face_attribute(
+def add_attribute(
     path: PathLike,
     mesh: Mesh,
+    place: str,
     name: str,
     values: np.ndarray,
     report: ImportReport,
     parameters: Optional[Dict[str, Any]] = None,
 ) -> None:
-    """Give the mesh a face attribute (F,) or (F, C) in its own type; a slash becomes _."""
+    """Give the vertices or faces (place: "vertex", "face") an attribute (N,) or (N, C) in its own
+    type; a slash becomes _.
+    """
     stored = one_line(name.replace("/", "_"))
+    check, noun, taken = {
+        "vertex": (schema.check_vertex_attribute_name, "vertices", mesh.vertex_costs),
+        "face": (schema.check_face_attribute_name, "faces", ()),
+    }[place]
     try:
-        schema.check_face_attribute_name(path, stored)
+        check(path, stored)
     except MapFileError as error:
-        report.note("property %s of the faces left out: %s", name, error.message)
+        report.note("property %s of the %s left out: %s", name, noun, error.message)
         return
-    if stored in mesh.face_attributes:
-        report.note("property %s of the faces left out: the name is taken", name)
+    attributes = getattr(mesh, place + "_attributes")
+    if stored in attributes or stored in taken:
+        report.note("property %s of the %s left out: the name is taken", name, noun)
         return
-    mesh.face_attributes[stored] = np.ascontiguousarray(
-        values, dtype=values.dtype.newbyteorder("=")
-    )
+    attributes[stored] = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("="))
     if parameters:
-        mesh.face_parameters[stored] = parameters
+        getattr(mesh, place + "_parameters")[stored] = parameters

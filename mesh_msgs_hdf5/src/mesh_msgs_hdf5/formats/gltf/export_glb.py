@@ -1,9 +1,9 @@
 """Mesh to glTF 2.0, in one file (GLB) or with binary data and textures beside it: a primitive for
 each material, y up.
 
-Format: Khronos Group, glTF 2.0 Specification, 2021. Layers are attributes of our own (_NAME), which
-viewers skip; labels and face attributes are buffer views that remarks in the extras of the asset
-explain.
+Format: Khronos Group, glTF 2.0 Specification, 2021. Layers and vertex attributes are attributes of
+our own (_NAME), which viewers skip; labels, face attributes and numbers that glTF has no accessors
+for are buffer views that remarks in the extras of the asset explain.
 """
 import json
 import struct
@@ -29,6 +29,7 @@ from mesh_msgs_hdf5.model.errors import PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 _CODES = {kind.lstrip("<"): code for code, kind in COMPONENTS.items()}
+_CODES_OF_VERTICES = set(_CODES) - {"u4"}  # glTF 2.0, 3.7.2.1: of the others indices alone
 _SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _OF_VERTICES, _OF_INDICES = 34962, 34963  # targets of buffer views
 
@@ -111,10 +112,16 @@ class _Builder:
         return self.add("bufferViews", item)
 
     def accessor(self, values: np.ndarray, target: int, **more: Any) -> int:
-        """An accessor of (N, C), whose rows take a multiple of four bytes; more: its properties."""
+        """An accessor of (N, C), rows of vertices at multiples of four bytes; more: properties."""
         values = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+        size = values.dtype.itemsize * values.shape[1]
+        rows = np.zeros((len(values), size + -size % 4), np.uint8)
+        rows[:, :size] = values.view(np.uint8).reshape(len(values), size)
+        view = self.view(rows.tobytes(), target)
+        if size % 4 and target == _OF_VERTICES:
+            self.items["bufferViews"][view]["byteStride"] = rows.shape[1]
         item = {
-            "bufferView": self.view(values.tobytes(), target),
+            "bufferView": view,
             "componentType": _CODES[values.dtype.str[1:]],
             "count": len(values),
             "type": _SHAPES[values.shape[1]],
@@ -179,7 +186,31 @@ def _attributes(mesh: Mesh, builder: _Builder, remarks: List[Remark], export: Ex
             )
         found[attribute] = add(costs[:, None])
         remarks.append(remark)
+    for name, values in mesh.vertex_attributes.items():
+        remark = {"vertex_attribute": name}
+        rows = values.reshape(len(values), -1)
+        if values.dtype.str[1:] in _CODES_OF_VERTICES and rows.shape[1] in _SHAPES:
+            if values.dtype.kind != "f" or np.isfinite(values).all():
+                remark["attribute"] = safe_name("_" + name.upper(), taken)
+                taken.add(remark["attribute"])
+                found[remark["attribute"]] = add(rows)
+        if "attribute" not in remark:
+            remark.update(_in_view(builder, values))
+        if mesh.vertex_parameters.get(name):
+            remark["parameters"] = mesh.vertex_parameters[name]
+        remarks.append(remark)
     return found
+
+
+def _in_view(builder: _Builder, values: np.ndarray) -> Remark:
+    """Puts (N,) or (N, C) of any type into a view; what a remark says of it."""
+    kind = values.dtype.str[1:]
+    return {
+        "view": builder.view(np.ascontiguousarray(values, "<" + kind).tobytes()),
+        "type": kind,
+        "columns": 1 if values.ndim == 1 else values.shape[1],
+        "rank": values.ndim,
+    }
 
 
 def _finite(costs: np.ndarray, remark: Remark) -> np.ndarray:
@@ -241,14 +272,7 @@ def _add_images(mesh: Mesh, builder: _Builder, remarks: List[Remark]) -> None:
 
 def _add_face_values(mesh: Mesh, builder: _Builder, remarks: List[Remark]) -> None:
     for name, values in mesh.face_attributes.items():
-        kind = values.dtype.str[1:]
-        remark: Remark = {
-            "face_attribute": name,
-            "view": builder.view(np.ascontiguousarray(values, "<" + kind).tobytes()),
-            "type": kind,
-            "columns": 1 if values.ndim == 1 else values.shape[1],
-            "rank": values.ndim,
-        }
+        remark: Remark = dict({"face_attribute": name}, **_in_view(builder, values))
         if mesh.face_parameters.get(name):
             remark["parameters"] = mesh.face_parameters[name]
         remarks.append(remark)

@@ -1,5 +1,5 @@
 """The triangles of a glTF scene, every instance moved to its place; y is up."""
-from typing import Any, Dict, Iterator, List, Optional, Tuple
+from typing import Any, Collection, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -46,8 +46,12 @@ def to_srgb(linear: np.ndarray) -> np.ndarray:
 class SceneReader:
     """Reads the scene."""
 
-    def __init__(self, file: GltfFile, report: ImportReport) -> None:
+    def __init__(
+        self, file: GltfFile, report: ImportReport, attributes: Collection[str] = ()
+    ) -> None:
+        """attributes: those that are no layers, though they have one column."""
         self._file, self._report = file, report
+        self._attributes = attributes
         self._left_out: Dict[str, int] = {}
         self._total = 0
 
@@ -201,7 +205,9 @@ class SceneReader:
                     part.coordinates[:, 1] = values[:, 0]
             elif name.startswith("_"):
                 values = self._file.accessor(attributes[name])
-                if values.shape == (rows, 1):
+                if len(values) == rows and (name in self._attributes or values.shape[1] > 1):
+                    part.attributes[name] = values
+                elif values.shape == (rows, 1):
                     part.layers[name] = _as_float(values, False)[:, 0]
                 else:
                     self._skip("attribute %s" % name[:40])

@@ -22,7 +22,7 @@ from mesh_msgs_hdf5.formats.base.remarks import (
 )
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.scene import Scene, joined, unwelded_mesh, welded_mesh, z_up
-from mesh_msgs_hdf5.formats.base.values import add_face_attribute
+from mesh_msgs_hdf5.formats.base.values import add_attribute
 from mesh_msgs_hdf5.formats.gltf.gltf_file import GltfFile
 from mesh_msgs_hdf5.formats.gltf.gltf_materials import GltfMaterialReader
 from mesh_msgs_hdf5.formats.gltf.gltf_scene import SceneReader, check_extensions
@@ -35,13 +35,18 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
     file = GltfFile(path, data)
     check_extensions(file)
     remarks = parsed_remarks(_remark_lines(file), report)
-    scene = joined(SceneReader(file, report).parts(), report)
+    own_names = _names_of_attributes(remarks)
+    scene = joined(SceneReader(file, report, own_names).parts(), report)
     if not len(scene.faces):
         raise MapFileError("no_faces", path, "the glTF file has no faces in its scene", "")
     scene.positions, scene.normals = z_up(scene.positions), z_up(scene.normals)
     own = [remark["vertices"] for remark in about(remarks, "vertices", int)]
     exact = own == [len(scene.positions)]
     scene.layers, parameters = _named_layers(scene.layers, remarks)
+    scene.attributes = {
+        own_names.get(name, name.lstrip("_") or "_"): values
+        for name, values in scene.attributes.items()
+    }
     if exact:
         _restore_order(file, scene, remarks)
         mesh = unwelded_mesh(path, scene, options, report, remarked_origin(remarks))
@@ -58,7 +63,7 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
     materials, numbers = reader.chosen(scene.face_materials, keep_all=exact)
     give_materials(mesh, materials, numbers, textures, exact and bool(file.items("materials")))
     if exact:
-        _take_face_values(file, mesh, remarks, report)
+        _take_values(file, mesh, remarks, report)
         _take_seams(file, mesh, remarks)
     return mesh
 
@@ -67,6 +72,15 @@ def _remark_lines(file: GltfFile) -> List[str]:
     extras = file.json["asset"].get("extras")
     lines = extras.get("mesh_tools") if isinstance(extras, dict) else None
     return [line for line in lines if isinstance(line, str)] if isinstance(lines, list) else []
+
+
+def _names_of_attributes(remarks) -> Dict[str, str]:
+    """glTF's attribute -> the name that the vertex attribute of our export is to have."""
+    return {
+        remark["attribute"]: remark["vertex_attribute"]
+        for remark in about(remarks, "vertex_attribute")
+        if isinstance(remark.get("attribute"), str)
+    }
 
 
 def _named_layers(layers, remarks):
@@ -119,18 +133,24 @@ def _take_seams(file, mesh, remarks):
             mesh.seam_originals = originals.astype(np.uint32)
 
 
-def _take_face_values(file, mesh, remarks, report):
+def _take_values(file, mesh, remarks, report):
     damaged: Dict[str, int] = {}
-    for remark in about(remarks, "face_attribute"):
-        values = _array(
-            file, remark.get("view"), remark.get("type"), len(mesh.faces), remark.get("columns")
-        )
-        if values is None:
-            damaged["face attributes"] = damaged.get("face attributes", 0) + 1
-            continue
-        values = values[:, 0] if remark.get("rank") == 1 else values
-        name, parameters = remark["face_attribute"], parameters_of(remark)
-        add_face_attribute(file.path, mesh, name, values, report, parameters)
+    for place, rows in (("vertex", len(mesh.vertices)), ("face", len(mesh.faces))):
+        for remark in about(remarks, place + "_attribute"):
+            name, parameters = remark[place + "_attribute"], parameters_of(remark)
+            if isinstance(remark.get("attribute"), str):
+                if parameters and name in mesh.vertex_attributes:
+                    mesh.vertex_parameters[name] = parameters
+                continue  # an attribute of glTF's
+            values = _array(
+                file, remark.get("view"), remark.get("type"), rows, remark.get("columns")
+            )
+            if values is None:
+                what = place + " attributes"
+                damaged[what] = damaged.get(what, 0) + 1
+                continue
+            values = values[:, 0] if remark.get("rank") == 1 else values
+            add_attribute(file.path, mesh, place, name, values, report, parameters)
     for remark in about(remarks, "label"):
         count = remark.get("count")
         faces = (

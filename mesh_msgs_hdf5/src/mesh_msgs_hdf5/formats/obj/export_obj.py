@@ -46,7 +46,9 @@ def obj_of(path: PathLike, mesh: Mesh) -> Export:
         parts.append(text_rows("vn %s\n" % " ".join([_EXACT] * 3), mesh.vertex_normals))
     parts += _faces(mesh, groups, mesh.parent_faces if one_line else mesh.faces)
     export.content = b"".join(parts)
-    export.leave_out(mesh, "OBJ", "vertex_costs", "face_attributes", "features")
+    export.leave_out(
+        mesh, "OBJ", "vertex_costs", "vertex_attributes", "face_attributes", "features"
+    )
     return export
 
 

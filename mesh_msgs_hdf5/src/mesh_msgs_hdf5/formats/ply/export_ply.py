@@ -1,6 +1,7 @@
 """Mesh to PLY (binary, little endian) with everything but texture features.
 
-Layers are properties of the vertices, face attributes, materials and labels of the faces. What PLY
+Layers and vertex attributes are properties of the vertices, face attributes, materials and labels
+of the faces. What PLY
 has no place for stands in comments (see remarks), from which our import brings it back.
 """
 from typing import Any, Dict, List, Set, Tuple
@@ -88,7 +89,23 @@ def _vertex_columns(mesh: Mesh, remarks: List[Remark]) -> List[Column]:
         if stored != name or parameters:
             remark: Remark = {"layer": name, "property": stored}
             remarks.append(dict(remark, parameters=parameters) if parameters else remark)
+    for name, values in mesh.vertex_attributes.items():
+        found = _attribute_columns(name, values, taken, "vertex_")
+        columns += found
+        # always with a remark: without one it would be a layer
+        remark = _attribute_remark("vertex_attribute", name, found, values)
+        parameters = mesh.vertex_parameters.get(name)
+        remarks.append(dict(remark, parameters=parameters) if parameters else remark)
     return columns
+
+
+def _attribute_remark(key: str, name: str, found: List[Column], values: np.ndarray) -> Remark:
+    return {
+        key: name,
+        "properties": [stored for stored, _ in found],
+        "type": values.dtype.str[1:],
+        "rank": values.ndim,
+    }
 
 
 def _face_columns(
@@ -113,23 +130,18 @@ def _face_columns(
         if is_color:
             found = _named(COLORS[0], values)
         else:
-            found = _attribute_columns(name, values, taken)
+            found = _attribute_columns(name, values, taken, "face_")
         columns += found
         plain = is_color or [name] == [stored for stored, _ in found] and values.ndim == 1
         if not plain or parameters or found[0][1].dtype != values.dtype:
-            remark = {
-                "face_attribute": name,
-                "properties": [stored for stored, _ in found],
-                "type": values.dtype.str[1:],
-                "rank": values.ndim,
-            }
+            remark = _attribute_remark("face_attribute", name, found, values)
             remarks.append(dict(remark, parameters=parameters) if parameters else remark)
     return columns
 
 
-def _attribute_columns(name: str, values: np.ndarray, taken: Set[str]) -> List[Column]:
+def _attribute_columns(name: str, values: np.ndarray, taken: Set[str], prefix: str) -> List[Column]:
     """A property for each column; two, the lower half first, for whole numbers of 64 bits."""
-    stored = safe_name(name, taken, "face_")
+    stored = safe_name(name, taken, prefix)
     values = values.reshape(len(values), -1)
     if values.dtype.str[1:] == "f2":
         values = values.astype(np.float32)

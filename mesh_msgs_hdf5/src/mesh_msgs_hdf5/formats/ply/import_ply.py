@@ -18,12 +18,13 @@ from mesh_msgs_hdf5.formats.base.remarks import (
 )
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.values import (
+    add_attribute,
     add_layer,
     colors_or_none,
     coordinates_or_none,
     normals_or_none,
 )
-from mesh_msgs_hdf5.formats.ply.ply_faces import CORNERS, SEAMS, FaceReader
+from mesh_msgs_hdf5.formats.ply.ply_faces import CORNERS, SEAMS, FaceReader, own_attribute
 from mesh_msgs_hdf5.formats.ply.ply_file import Element, PlyFile, columns, read_elements
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -145,6 +146,12 @@ def _take_vertex_properties(path, mesh, vertex, remarks, report):
         if mesh.texture_coordinates is None and set(names) <= floats:
             used |= set(names)
             mesh.texture_coordinates = coordinates_or_none(columns(vertex, names), report)
+    for remark in about(remarks, "vertex_attribute"):
+        attribute = own_attribute(vertex, remark, types)
+        if attribute is not None:
+            used |= set(remark["properties"])
+            name, parameters = remark["vertex_attribute"], parameters_of(remark)
+            add_attribute(path, mesh, "vertex", name, attribute, report, parameters)
     named = {
         remark["property"]: remark
         for remark in about(remarks, "layer")

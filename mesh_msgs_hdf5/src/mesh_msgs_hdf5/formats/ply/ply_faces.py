@@ -1,5 +1,5 @@
 """What the faces of a PLY file have besides corners: colors, numbers, textures, labels."""
-from typing import Any, Dict, List, Set, Tuple
+from typing import Any, Collection, Dict, List, Optional, Set, Tuple
 
 import numpy as np
 
@@ -23,8 +23,8 @@ from mesh_msgs_hdf5.formats.base.remarks import (
     parameters_of,
 )
 from mesh_msgs_hdf5.formats.base.report import ImportReport
-from mesh_msgs_hdf5.formats.base.values import add_face_attribute, colors_or_none
-from mesh_msgs_hdf5.formats.ply.ply_file import PlyFile, columns
+from mesh_msgs_hdf5.formats.base.values import add_attribute, colors_or_none
+from mesh_msgs_hdf5.formats.ply.ply_file import Element, PlyFile, columns
 from mesh_msgs_hdf5.model.errors import PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
@@ -176,7 +176,7 @@ class FaceReader:
             )
             if colors is not None:
                 values = self._triangles.of_polygons(colors)
-                add_face_attribute(self._path, mesh, FACE_COLORS, values, self._report)
+                add_attribute(self._path, mesh, "face", FACE_COLORS, values, self._report)
                 self.used |= {"alpha"} if self._is_opaque() else set()
         for name in kinds:
             if name not in self.used and name not in ("flags", "alpha"):
@@ -185,27 +185,17 @@ class FaceReader:
                     continue  # an ASCII file with fractions where it announces whole numbers
                 self.used.add(name)
                 values = self._triangles.of_polygons(values)
-                add_face_attribute(self._path, mesh, name, values, self._report)
+                add_attribute(self._path, mesh, "face", name, values, self._report)
 
     def _take_own_attribute(self, mesh, remark, kinds):
-        names = remark.get("properties")
-        if not isinstance(names, list) or not all(isinstance(n, str) and n in kinds for n in names):
+        values = own_attribute(self._face, remark, kinds)
+        if values is None:
             return
-        if remark.get("type") not in NUMBERS or not names:
-            return
-        kind = np.dtype(remark["type"])
-        self.used |= set(names)
-        values = columns(self._face, names)
-        if kind.itemsize == 8 and kind.kind in "iu":  # two halves, the lower one first
-            if len(names) % 2 or values.dtype.kind not in "iu":
-                return
-            values = np.ascontiguousarray(values, "<u4").view("<" + kind.str[1:])
-        values = values.astype(kind)
-        if remark.get("rank") == 1 and values.shape[1] == 1:
-            values = values[:, 0]
-        add_face_attribute(
+        self.used |= set(remark["properties"])
+        add_attribute(
             self._path,
             mesh,
+            "face",
             remark["face_attribute"],
             self._triangles.of_polygons(values),
             self._report,
@@ -215,6 +205,25 @@ class FaceReader:
     def _is_opaque(self):
         alpha = self._face.values.get("alpha")
         return alpha is not None and bool((alpha == 255).all())
+
+
+def own_attribute(element: Element, remark: Remark, kinds: Collection[str]) -> Optional[np.ndarray]:
+    """(N,) or (N, C) of the attribute that our export says is in these properties of an element;
+    None where they do not fit. kinds: the names of the plain properties.
+    """
+    names = remark.get("properties")
+    if not isinstance(names, list) or not all(isinstance(n, str) and n in kinds for n in names):
+        return None
+    if remark.get("type") not in NUMBERS or not names:
+        return None
+    kind = np.dtype(remark["type"])
+    values = columns(element, names)
+    if kind.itemsize == 8 and kind.kind in "iu":  # two halves, the lower one first
+        if len(names) % 2 or values.dtype.kind not in "iu":
+            return None
+        values = np.ascontiguousarray(values, "<u4").view("<" + kind.str[1:])
+    values = values.astype(kind)
+    return values[:, 0] if remark.get("rank") == 1 and values.shape[1] == 1 else values
 
 
 def _file_name(text):

@@ -35,6 +35,8 @@ _NAMED = {
     "layer_parameters": ("layer_names", "layer_parameters"),
     "face_attributes": ("face_attribute_names", "face_attribute"),
     "face_parameters": ("face_attribute_names", "face_parameters"),
+    "vertex_attributes": ("vertex_attribute_names", "vertex_attribute"),
+    "vertex_parameters": ("vertex_attribute_names", "vertex_parameters"),
     "textures": ("texture_indices", "texture"),
 }
 _THREAD_BYTES = 1 << 16  # of vertices, for whose hash a thread is started
@@ -239,6 +241,7 @@ class MapReader(
         """Where all of the Mesh is but labels and features, of which there may be very many."""
         places = self.geometry_places()
         places += self.layer_places.values()
+        places += self.vertex_attribute_places.values()
         places += self.face_attribute_places.values()
         return places + self.texture_places() + self.material_places() + self.seam_places()
 

@@ -1,21 +1,21 @@
-"""Reads what a part has under names of its own: cost layers and face attributes."""
+"""Reads what a part has under names of its own: cost layers, attributes of vertices and faces."""
 from functools import cached_property
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Tuple
 
 import h5py
 import numpy as np
 
-from mesh_msgs_hdf5.checks.check import checked_costs, checked_face_attribute, from_json
-from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import text_attribute
+from mesh_msgs_hdf5.checks.check import checked_attribute, checked_costs, from_json
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import attribute, text_attribute
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import exists
 from mesh_msgs_hdf5.map_file.reading.part_reader import PartReader
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError
 
-MAX_ARRAYS = 4096  # names in a group of layers or face attributes
+MAX_ARRAYS = 4096  # names in a group of layers or attributes
 _INDICES = "_idx"  # LVR2 stores a sparse map as <name> and <name>_idx
 _CUT = 50  # characters of a name that cannot be used
-_LAYER, _FACE_ATTRIBUTE = "layer", "face attribute"
+_LAYER, _VERTEX_ATTRIBUTE, _FACE_ATTRIBUTE = "layer", "vertex attribute", "face attribute"
 
 
 def _dense(names: List[str]) -> List[str]:
@@ -33,7 +33,7 @@ def _is_usable(name):
 
 
 class NamedArrayReader(PartReader):
-    """The layers and face attributes of a part. The file is looked through once for each kind."""
+    """The layers and attributes of a part. Each group of the file is looked through once."""
 
     vertex_count: int
     face_count: int
@@ -43,30 +43,56 @@ class NamedArrayReader(PartReader):
         """Name -> place in the part, sorted by name, of the cost layers: float datasets with one
         value per vertex that are not mesh data.
         """
-        return self.tolerated(self._layer_places, {})
+        return self._vertex_places[0]
 
-    def _layer_places(self):
-        found: Dict[str, str] = {}
+    @cached_property
+    def vertex_attribute_places(self) -> Dict[str, str]:
+        """Name -> place in the part, sorted by name, of the other numbers that vertices have."""
+        return self._vertex_places[1]
+
+    @cached_property
+    def _vertex_places(self) -> Tuple[Dict[str, str], Dict[str, str]]:
+        return self.tolerated(self._found_vertex_places, ({}, {}))
+
+    def _found_vertex_places(self):
+        layers: Dict[str, str] = {}
+        attributes: Dict[str, str] = {}
         for group_place in self.layout.layers:
             group = self.guarded.subgroup(group_place)
             for name in _dense(self.guarded.names(group_place, MAX_ARRAYS)):
                 place = "%s/%s" % (group_place, name)
-                if name in schema.RESERVED or place in self.layout.single or name in found:
+                known = name in layers or name in attributes
+                if name in schema.RESERVED or place in self.layout.single or known:
                     continue
-                if self._is_layer(group, name):
-                    found[name] = place
-        return self._usable(_LAYER, found)
+                kind = self._kind_of(group, name)
+                if kind:
+                    (layers if kind == _LAYER else attributes)[name] = place
+        return self._usable(_LAYER, layers), self._usable(_VERTEX_ATTRIBUTE, attributes)
 
-    def _is_layer(self, group, name):
+    def _kind_of(self, group, name):
+        """_LAYER, _VERTEX_ATTRIBUTE, or "" for what is neither."""
         key = name.encode("utf-8")
         if group.id.links.get_info(key).type != h5py.h5l.TYPE_HARD:
-            return False  # a link is not followed, so it is no layer
+            return ""  # a link is not followed, so it is no layer
         found = h5py.h5o.open(group.id, key)
-        return (
-            isinstance(found, h5py.h5d.DatasetID)
-            and found.get_type().get_class() == h5py.h5t.FLOAT
-            and found.shape in ((self.vertex_count,), (self.vertex_count, 1))
-        )
+        if not isinstance(found, h5py.h5d.DatasetID) or not found.shape:
+            return ""
+        shape, kind = found.shape, found.get_type().get_class()
+        if kind == h5py.h5t.FLOAT and shape in ((self.vertex_count,), (self.vertex_count, 1)):
+            return _VERTEX_ATTRIBUTE if self._is_marked(found) else _LAYER
+        numbers = kind in (h5py.h5t.FLOAT, h5py.h5t.INTEGER) and found.get_type().get_size() <= 8
+        rows = shape[0] == self.vertex_count > 0 and len(shape) <= 2 and shape[-1] > 0
+        return _VERTEX_ATTRIBUTE if numbers and rows else ""
+
+    def _is_marked(self, found):
+        if not h5py.h5a.exists(found, schema.KIND.encode()):
+            return False
+        try:
+            return (
+                attribute(self.guarded.path, h5py.Dataset(found), schema.KIND) == schema.ATTRIBUTE
+            )
+        except MapFileError:
+            return False
 
     @cached_property
     def face_attribute_places(self) -> Dict[str, str]:
@@ -119,6 +145,20 @@ class NamedArrayReader(PartReader):
         """Layer name -> its parameters, of all layers, sorted; no costs are read."""
         return {name: self.layer_parameters(name) for name in self.layer_names()}
 
+    def vertex_attribute_names(self) -> List[str]:
+        """The names of the vertex attributes, sorted."""
+        return list(self.vertex_attribute_places)
+
+    def vertex_attribute(self, name: str) -> np.ndarray:
+        """(V,) or (V, C) numbers of one vertex attribute, in the type that they are stored in."""
+        found = self._named(_VERTEX_ATTRIBUTE, self.vertex_attribute_places, name)
+        values = self.guarded.values(found)
+        return checked_attribute(self.guarded.path, "vertex", name, values, self.vertex_count)
+
+    def vertex_parameters(self, name: str) -> Dict[str, Any]:
+        """The parameters that a vertex attribute was computed with; {} if the file does not say."""
+        return self._parameters(self._named(_VERTEX_ATTRIBUTE, self.vertex_attribute_places, name))
+
     def face_attribute_names(self) -> List[str]:
         """The names of the face attributes, sorted."""
         return list(self.face_attribute_places)
@@ -139,7 +179,7 @@ class NamedArrayReader(PartReader):
             values = values.reshape(-1)  # LVR2 has no arrays of one dimension
         if values.dtype == np.float32 and values.size == self.face_count:
             values = self._sound_costs("face attribute %s" % name, values, "face")
-        return checked_face_attribute(self.guarded.path, name, values, self.face_count)
+        return checked_attribute(self.guarded.path, "face", name, values, self.face_count)
 
     def face_parameters(self, name: str) -> Dict[str, Any]:
         """The parameters that a face attribute was computed with; {} if the file does not say."""

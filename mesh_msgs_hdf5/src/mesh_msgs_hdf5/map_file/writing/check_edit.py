@@ -1,15 +1,17 @@
 """The values of an Edit, checked against the file that it is for."""
 import dataclasses
+import functools
 from typing import Any, Dict
 
 import numpy as np
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.check import (
+    check_names_apart,
+    checked_attribute,
     checked_channel,
     checked_costs,
     checked_crs,
-    checked_face_attribute,
     checked_features,
     checked_image,
     checked_label,
@@ -43,8 +45,10 @@ def checked_edit(edit: Edit, reader: MapReader) -> Edit:
         if values is not None:
             setattr(checked, name, checked_channel(path, kind, values, vertices))
     layers, attributes = reader.layer_names(), reader.face_attribute_names()
+    of_vertices = reader.vertex_attribute_names()
     for check, changes, present in (
         (schema.check_layer_name, edit.vertex_costs, layers),
+        (schema.check_vertex_attribute_name, edit.vertex_attributes, of_vertices),
         (schema.check_face_attribute_name, edit.face_attributes, attributes),
         (check_label, edit.labels, reader.label_names() if edit.labels else ()),
     ):
@@ -53,9 +57,13 @@ def checked_edit(edit: Edit, reader: MapReader) -> Edit:
     checked.vertex_costs = _each(
         edit.vertex_costs, lambda name, costs: checked_costs(path, name, costs, vertices)
     )
-    checked.face_attributes = _each(
-        edit.face_attributes, lambda name, values: checked_face_attribute(path, name, values, faces)
-    )
+    for place, count in (("vertex", vertices), ("face", faces)):
+        changes = getattr(edit, place + "_attributes")
+        values = _each(changes, functools.partial(checked_attribute, path, place), count)
+        setattr(checked, place + "_attributes", values)
+    check_names_apart(path, edit.vertex_costs, edit.vertex_attributes)  # not even to be removed
+    check_names_apart(path, set(edit.vertex_costs).union(layers), edit.vertex_attributes)
+    check_names_apart(path, edit.vertex_costs, of_vertices)
     checked.labels = _each(edit.labels, lambda text, label: checked_label(path, text, label, faces))
     checked.textures = _each(edit.textures, lambda index, image: checked_image(path, index, image))
     if edit.texture_coordinates is not None:
@@ -70,6 +78,7 @@ def checked_edit(edit: Edit, reader: MapReader) -> Edit:
     _check_header(path, edit, checked)
     for what, parameters, changes, present in (
         ("layer", edit.layer_parameters, edit.vertex_costs, layers),
+        ("vertex attribute", edit.vertex_parameters, edit.vertex_attributes, of_vertices),
         ("face attribute", edit.face_parameters, edit.face_attributes, attributes),
     ):
         _check_parameters(path, what, parameters, changes, present)
@@ -97,8 +106,10 @@ def _refuse_kind(path, what, value, kind):
     raise MapFileError("value", path, message, "see the class Edit")
 
 
-def _each(values: Dict[Any, Any], check) -> Dict[Any, Any]:
-    return {key: None if value is None else check(key, value) for key, value in values.items()}
+def _each(values: Dict[Any, Any], check, *more: Any) -> Dict[Any, Any]:
+    return {
+        key: None if value is None else check(key, value, *more) for key, value in values.items()
+    }
 
 
 def _check_removals(path, edit):

@@ -26,6 +26,11 @@ def apply_edit(writer: ObjectWriter, part: h5py.Group, reader: MapReader, edit: 
         *(members.layer, members.parameters),
     )
     _edit_named(
+        *(writer, channels, reader.vertex_attribute_places),
+        *(edit.vertex_attributes, edit.vertex_parameters),
+        *(members.vertex_attribute, members.parameters),
+    )
+    _edit_named(
         *(writer, part.get(schema.FACE_ATTRIBUTES), reader.face_attribute_places),
         *(edit.face_attributes, edit.face_parameters),
         *(members.face_attribute, members.parameters),
@@ -44,7 +49,7 @@ def _is_edited(edit, name):
 
 
 def _edit_named(writer, group, places, arrays, parameters, write, write_parameters):
-    """Change layers or face attributes in their group, of which those at these places are there."""
+    """Change layers or attributes in their group, of which those at these places are there."""
     edited = set(arrays) | set(parameters)
     present = {name: way.rpartition("/")[2] for name, way in places.items() if name in edited}
     for name, values in arrays.items():

@@ -15,6 +15,7 @@ class PartNames:
     vertex_count: int
     face_count: int
     layers: FrozenSet[str]
+    vertex_attributes: FrozenSet[str]
     face_attributes: FrozenSet[str]
     labels: FrozenSet[str]
     textures: FrozenSet[int]
@@ -29,6 +30,7 @@ class PartNames:
             vertex_count=len(mesh.vertices),
             face_count=len(mesh.faces),
             layers=frozenset(mesh.vertex_costs),
+            vertex_attributes=frozenset(mesh.vertex_attributes),
             face_attributes=frozenset(mesh.face_attributes),
             labels=frozenset(mesh.labels),
             textures=frozenset(mesh.textures),
@@ -44,6 +46,7 @@ class PartNames:
             vertex_count=reader.vertex_count,
             face_count=reader.face_count,
             layers=frozenset(reader.layer_names()),
+            vertex_attributes=frozenset(reader.vertex_attribute_names()),
             face_attributes=frozenset(reader.face_attribute_names()),
             labels=_labels(reader),
             textures=frozenset(reader.texture_indices()),
@@ -57,6 +60,7 @@ class PartNames:
         return replace(
             self,
             layers=_edited(self.layers, edit.vertex_costs),
+            vertex_attributes=_edited(self.vertex_attributes, edit.vertex_attributes),
             face_attributes=_edited(self.face_attributes, edit.face_attributes),
             labels=_edited(self.labels, edit.labels),
             textures=_edited(self.textures, edit.textures),

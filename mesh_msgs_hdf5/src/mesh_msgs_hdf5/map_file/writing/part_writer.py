@@ -53,6 +53,8 @@ class PartWriter:
                 self.channel(name, array)
         for name, costs in mesh.vertex_costs.items():
             self.layer(name, costs, mesh.layer_parameters.get(name))
+        for name, values in mesh.vertex_attributes.items():
+            self.vertex_attribute(name, values, mesh.vertex_parameters.get(name))
         for name, values in mesh.face_attributes.items():
             self.face_attribute(name, values, mesh.face_parameters.get(name))
         if mesh.texture_coordinates is not None:
@@ -100,6 +102,16 @@ class PartWriter:
         stored = self._writer.array(self._group(schema.CHANNELS), name, costs.reshape(-1, 1))
         self.parameters(stored, parameters)
 
+    def vertex_attribute(
+        self, name: str, values: np.ndarray, parameters: Optional[Dict[str, Any]]
+    ) -> None:
+        """Write (V,) or (V, C) numbers, marked where they look like a layer."""
+        rows = values.reshape(len(values), -1)
+        stored = self._writer.array(self._group(schema.CHANNELS), name, rows)
+        if rows.shape[1] == 1 and values.dtype.kind == "f":
+            self._writer.text(stored, schema.KIND, schema.ATTRIBUTE)
+        self.parameters(stored, parameters)
+
     def face_attribute(
         self, name: str, values: np.ndarray, parameters: Optional[Dict[str, Any]]
     ) -> None:
@@ -108,7 +120,7 @@ class PartWriter:
         self.parameters(stored, parameters)
 
     def parameters(self, dataset: h5py.Dataset, parameters: Optional[Dict[str, Any]]) -> None:
-        """Set the parameters of a layer or face attribute; none if empty."""
+        """Set the parameters of a layer or attribute; none if empty."""
         self._writer.remove_attribute(dataset, schema.PARAMETERS)
         if parameters:
             what = "%s of %s" % (schema.PARAMETERS, dataset.name)
