@@ -1,6 +1,7 @@
 """A map with one of everything, of which each thing tells where it belongs."""
 
 import numpy as np
+from mesh_msgs_hdf5.formats.base.remap import take_vertices
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 from meshes import terrain
 
@@ -17,6 +18,10 @@ def full_map(size=12):
     costs[:2] = np.inf, np.nan
     mesh.vertex_costs = {"x": costs}
     mesh.layer_parameters = {"x": {"radius": 0.3}}
+    mesh.vertex_attributes = {
+        "id": np.arange(len(vertices), dtype=np.int64),
+        "place": vertices.astype(np.float64),
+    }
     mesh.face_attributes = {
         "number": np.arange(len(faces), dtype=np.int64),
         "middle": middles.astype(np.float64),
@@ -33,4 +38,19 @@ def full_map(size=12):
     }
     places = vertices[[0, len(vertices) - 1]]
     mesh.features = Features(places, np.float32([[1, 2], [3, 4]]))
+    return mesh
+
+
+def seamed_map(size=12):
+    """The same with a seam of its textures between the materials: copies of the vertices there."""
+    mesh = full_map(size)
+    right = mesh.materials.face_materials == 1
+    seam = np.intersect1d(mesh.faces[right], mesh.faces[~right])
+    rows = np.concatenate([np.arange(len(mesh.vertices)), seam])
+    number = np.arange(len(mesh.vertices))
+    number[seam] = len(mesh.vertices) + np.arange(len(seam))
+    faces = np.where(right[:, None], number[mesh.faces], mesh.faces).astype(np.uint32)
+    mesh = take_vertices(mesh, rows)
+    mesh.faces, mesh.seam_originals = faces, seam.astype(np.uint32)
+    mesh.texture_coordinates[len(number) :] += 0.5
     return mesh

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from full_map import full_map
+from full_map import full_map, seamed_map
 from mesh_map.geometry.crop import Region, crop
 from mesh_map.geometry.refinement import refine
 from mesh_map.io.map_source import MapSource
@@ -11,6 +11,7 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.carried_mesh import carried_mesh
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label
+from mesh_msgs_hdf5.model.seams import without_copies
 from verb_calls import call, said
 
 
@@ -145,3 +146,37 @@ def test_in_the_same_file_as_another_part(path, tmp_path, capsys):
         call("crop", path, path, "--z=0,1", "--force")
     with pytest.raises(MapFileError, match="there is .corner in it"):
         call("crop", path, path, "--z=0,1", "--to-part", "corner")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["refine", "--max-edge-length", "0.06"],
+        ["crop", "--box", "0.3,0.2,-9,0.8,0.9,9"],
+        ["crop", "--box", "0.7,0,-9,9,9,9"],  # no seam is in it
+    ],
+)
+def test_seams_of_textures_do_not_cut_what_is_made(tmp_path, capsys, line):
+    """It is what is made of the mesh without copies, and its corners have their coordinates."""
+    parent = seamed_map()
+    MapFile.write(tmp_path / "split.h5", parent)
+    MapFile.write(tmp_path / "whole.h5", without_copies(parent))
+    found = {}
+    for name in ("split", "whole"):
+        said(capsys, line[0], tmp_path / (name + ".h5"), tmp_path / (name + "_new.h5"), *line[1:])
+        found[name] = MapFile(tmp_path / (name + "_new.h5")).read()
+    split, whole = found["split"], found["whole"]
+    assert np.array_equal(split.parent_vertices, whole.vertices)
+    assert np.array_equal(split.parent_faces, whole.faces)
+    has_seam = "0.7,0,-9,9,9,9" not in line
+    assert (split.seam_originals is not None) == has_seam
+    count = len(whole.vertices)
+    for name, values in whole.vertex_attributes.items():
+        assert np.array_equal(split.vertex_attributes[name][:count], values), name
+    of_parent = parent.faces[split.face_attributes["number"]]
+    corners = parent.vertices[of_parent][..., :2].astype(np.float64)  # (F, 3, 2), seen from above
+    ones = np.ones((len(corners), 3, 1))
+    here = np.concatenate([split.vertices[split.faces][..., :2], ones], axis=2)
+    weights = here @ np.linalg.inv(np.concatenate([corners, ones], axis=2))
+    expected = weights @ parent.texture_coordinates[of_parent]
+    assert np.abs(split.texture_coordinates[split.faces] - expected).max() < 1e-5

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from full_map import full_map
+from full_map import full_map, seamed_map
 from mesh_map.io.map_source import MapSource
 from mesh_map.io.merged_mesh import NamedMesh, merged
+from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Features, Label, Mesh
@@ -68,7 +69,7 @@ def test_all_of_each_is_there(maps, tmp_path, capsys):
     text = " ".join(value["notes"])
     for words in (
         "tree_1 of two.h5 is tree_2",
-        "number of two.h5, of another type, is number_2",
+        "number of two.h5 is number_2: there is another one",
         "no materials in bare.h5",
         "no layer x in bare.h5: unknown",
     ):
@@ -132,3 +133,34 @@ def test_features_of_another_kind_are_left_out_by_the_name_of_their_mesh():
     assert len(mesh.features.locations) == 2 * len(features.locations)
     (note,) = [note for note in notes if "another kind" in note]
     assert "second" in note
+
+
+def test_copies_along_seams_stay_copies():
+    meshes = [NamedMesh(str(i), mesh) for i, mesh in enumerate((seamed_map(8), full_map(5), seamed_map(6)))]
+    mesh, _ = merged(meshes)
+    parts = [each.mesh for each in meshes]
+    own = [len(part.parent_vertices) for part in parts]
+    assert len(mesh.parent_vertices) == sum(own)
+    starts = np.cumsum([0, *own])
+    for number, part in enumerate(parts):
+        begin = sum(len(each.faces) for each in parts[:number])
+        faces = mesh.faces[begin : begin + len(part.faces)]
+        assert np.array_equal(
+            mesh.parent_faces[begin : begin + len(part.faces)], part.parent_faces + starts[number]
+        )
+        for name in ("texture_coordinates", "vertex_colors"):
+            assert np.array_equal(getattr(mesh, name)[faces], getattr(part, name)[part.faces]), name
+        values = mesh.vertex_attributes["id"][faces]
+        assert np.array_equal(values, part.vertex_attributes["id"][part.faces])
+
+
+def test_an_attribute_of_vertices_does_not_take_the_name_of_a_layer():
+    meshes = [NamedMesh(name, full_map(5)) for name in ("first", "second")]
+    second = meshes[1].mesh
+    second.vertex_attributes["x"] = np.arange(len(second.vertices))
+    del second.vertex_costs["x"]
+    mesh, notes = merged(meshes)
+    count = len(meshes[0].mesh.vertices)
+    assert np.array_equal(mesh.vertex_attributes["x_2"][count:], second.vertex_attributes["x"])
+    assert "x" in mesh.vertex_costs and any("x_2" in note for note in notes)
+    checked_mesh("m.h5", mesh)

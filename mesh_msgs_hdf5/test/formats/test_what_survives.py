@@ -56,6 +56,11 @@ def a_map(path):
         vertex_colors=rng.integers(0, 256, (35, 3)).astype(np.uint8)[of_points],
         vertex_costs={"height_diff": costs[of_points]},
         layer_parameters={"height_diff": {"radius": 0.3}},
+        vertex_attributes={
+            "scan": rng.integers(0, 2**60, 35)[of_points],
+            "feature": rng.random((35, 3))[of_points],
+        },
+        vertex_parameters={"scan": {"of": "hall.bag"}},
         face_attributes={
             "cost": rng.random(48).astype(np.float32),
             "class_id": rng.integers(0, 9, 48).astype(np.uint8),
@@ -126,6 +131,8 @@ def rows(found, wanted, parts):
         "vertex colors": kept(found.vertex_colors, wanted.vertex_colors),
         "layers": kept(found.vertex_costs, wanted.vertex_costs),
         "parameters of layers": kept(found.layer_parameters, wanted.layer_parameters),
+        "attributes of vertices": kept(found.vertex_attributes, wanted.vertex_attributes),
+        "parameters of vertex attributes": kept(found.vertex_parameters, wanted.vertex_parameters),
         "attributes of faces": kept(found.face_attributes, wanted.face_attributes),
         "parameters of face attributes": kept(found.face_parameters, wanted.face_parameters),
         "textures": kept(found.textures, wanted.textures),

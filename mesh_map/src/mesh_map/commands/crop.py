@@ -2,6 +2,7 @@
 
 import argparse
 from dataclasses import replace
+from functools import partial
 from typing import List, Tuple
 
 import numpy as np
@@ -65,9 +66,9 @@ def run(arguments: argparse.Namespace) -> int:
         mesh, report = read_map(arguments.input, arguments.part, origin=NEEDED)
         before = len(mesh.faces)
         progress.stage("cropping")
-        derived = crop(mesh.vertices, mesh.faces, region, parent_uuid=mesh.uuid)
         across = _across(mesh, region)
-        result = carried(mesh, derived, "crop", region.parameters())
+        result = carried(mesh, partial(crop, region=region), "crop", region.parameters())
+        assert result is not None  # crop() refuses a region without faces
         result, left_out = _without_rest(result, region)
         notes = report.notes + left_out
         if across:

@@ -1,7 +1,8 @@
 """A mesh that was derived of another one, saved with all that belongs to it."""
 
 import argparse
-from typing import Any, List, Mapping
+from dataclasses import replace
+from typing import Any, Callable, List, Mapping, Optional
 
 from mesh_msgs.derived_mesh import DerivedMesh
 from mesh_msgs_hdf5.commands._common import add_part, say
@@ -14,6 +15,9 @@ from mesh_msgs_hdf5.commands.map_output import (
 )
 from mesh_msgs_hdf5.model.carried_mesh import carried_mesh
 from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_msgs_hdf5.model.seams import split_mesh
+
+from mesh_map.geometry.seams import derived_with_copies
 
 
 def add_in_and_out(parser: argparse.ArgumentParser) -> None:
@@ -29,9 +33,28 @@ def check_in_and_out(arguments: argparse.Namespace) -> None:
     check_map_output(arguments, None if arguments.to_part is not None else arguments.input)
 
 
-def carried(mesh: Mesh, derived: DerivedMesh, kind: str, parameters: Mapping[str, Any]) -> Mesh:
-    """All that a mesh has, on one that was derived of it; its source says how that was made."""
-    result = carried_mesh(mesh, derived)
+def carried(
+    mesh: Mesh,
+    derive: Callable[..., Optional[DerivedMesh]],
+    kind: str,
+    parameters: Mapping[str, Any],
+) -> Optional[Mesh]:
+    """All that a mesh has, on one that is derived of it; its source says how that was made.
+
+    derive: makes it of the vertices and faces without copies along seams, and the parent_uuid; None
+    is nothing to be done, and is returned.
+    """
+    uuid = mesh.parent_uuid or mesh.uuid
+    derived = derive(mesh.parent_vertices, mesh.parent_faces, parent_uuid=uuid)
+    if derived is None:
+        return None
+    split = split_mesh(mesh, mesh.uuid)
+    if split is None:
+        result = carried_mesh(mesh, derived)
+    else:
+        originals, of_split = derived_with_copies(split, derived)
+        result = carried_mesh(mesh, of_split)
+        result = replace(result, seam_originals=originals if len(originals) else None)
     result.source = {
         "derived": kind,
         "parameters": dict(parameters),

@@ -1,6 +1,7 @@
 """mesh_tool refine: the same surface without long edges."""
 
 import argparse
+from functools import partial
 
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.formats.base.options import NEEDED
@@ -29,11 +30,12 @@ def run(arguments: argparse.Namespace) -> int:
         notes, before = list(report.notes), len(mesh.faces)
         progress.stage("refining")
         length = arguments.max_edge_length
-        derived = refine(mesh.vertices, mesh.faces, length, parent_uuid=mesh.uuid)
-        if derived is None:
+        refined = partial(refine, max_edge_length=length)
+        result = carried(mesh, refined, "refinement", {"max_edge_length": length})
+        if result is None:
             notes.append("no edge is longer than %g m: the mesh is as it was" % length)
         else:
-            mesh = carried(mesh, derived, "refinement", {"max_edge_length": length})
+            mesh = result
             if mesh.vertex_costs:
                 names = ", ".join(sorted(mesh.vertex_costs))
                 text = "interpolated, so mesh_map computes them anew: layers %s"

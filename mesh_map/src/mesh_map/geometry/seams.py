@@ -20,6 +20,18 @@ def refined_split(split: SplitMesh, refined: DerivedMesh) -> Tuple[SplitMesh, De
         (the refinement with copies, as one made of the refinement without; the same, as one made of
         the split mesh, of which texture coordinates are carried to it).
     """
+    originals, of_split = derived_with_copies(split, refined)
+    whole = SplitMesh(refined.uuid, refined.uuid, of_split.vertices, of_split.faces, originals)
+    return whole, of_split
+
+
+def derived_with_copies(split: SplitMesh, refined: DerivedMesh) -> Tuple[np.ndarray, DerivedMesh]:
+    """A mesh that was derived of the parent of a mesh with copies, with copies along those seams.
+
+    Returns:
+        ((C,) of which of its vertices the last C are copies: none where no seam is left; it, as one
+        made of the split mesh).
+    """
     whole, parts = split.parent_faces, split.faces
     near = (whole != parts).any(axis=1)[refined.face_parents]  # only these may need copies
     corners = refined.faces[near]
@@ -49,7 +61,7 @@ def refined_split(split: SplitMesh, refined: DerivedMesh) -> Tuple[SplitMesh, De
         parent_vertex_count=len(split.vertices),
         parent_face_count=len(parts),
     )
-    return SplitMesh(refined.uuid, refined.uuid, vertices, faces, originals), of_split
+    return originals, of_split
 
 
 def turned(split: SplitMesh, orientation: Orientation) -> SplitMesh:

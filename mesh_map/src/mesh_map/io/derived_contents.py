@@ -32,6 +32,10 @@ class WholeContents:
         """(V,) float32 of a stored layer; where copies differ the largest, and NaN before it."""
         return self.split.parent_vertex_values(self.parent.vertex_costs(name))
 
+    def vertex_attribute(self, name: str) -> np.ndarray:
+        """(V,) or (V, C): those of the originals."""
+        return self.parent.vertex_attribute(name)[: self.vertex_count]
+
     def read(self, members: Optional[Iterable[str]] = None) -> Mesh:
         """The mesh with copies, as it is shown: textures need them."""
         return self.parent.read(members)

@@ -1,9 +1,10 @@
 """One mesh of several, with all that they have."""
 
 import re
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
+from mesh_msgs_hdf5.formats.base.remap import take_vertices
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
 from mesh_map.base.errors import MeshMapError
@@ -66,13 +67,35 @@ def merged(meshes: Sequence[NamedMesh]) -> Tuple[Mesh, List[str]]:
     mesh.texture_coordinates = _filled(meshes, "texture_coordinates", "0", _zeros, notes)
     layers = [each.mesh.vertex_costs for each in meshes]
     mesh.vertex_costs = _joined(meshes, layers, counts, "layer", notes)
+    taken = set(mesh.vertex_costs)
+    own = [each.mesh.vertex_attributes for each in meshes]
+    mesh.vertex_attributes = _joined(meshes, own, counts, "vertex attribute", notes, taken)
     attributes = [each.mesh.face_attributes for each in meshes]
     face_counts = [len(each.mesh.faces) for each in meshes]
     mesh.face_attributes = _joined(meshes, attributes, face_counts, "face attribute", notes)
     mesh.labels = _labels(meshes, np.cumsum([0, *face_counts]), notes)
     _take_materials(mesh, meshes, notes)
     _take_features(mesh, meshes, shifts, notes)
-    return mesh, notes
+    return _with_copies_last(mesh, meshes), notes
+
+
+def _with_copies_last(mesh: Mesh, meshes: Sequence[NamedMesh]) -> Mesh:
+    """The mesh with copies along seams, which each has behind its own vertices, behind all."""
+    counts = [len(each.mesh.vertices) for each in meshes]
+    own = [len(each.mesh.parent_vertices) for each in meshes]
+    is_copy = np.concatenate([np.arange(n) >= k for n, k in zip(counts, own)])
+    if not is_copy.any():
+        return mesh
+    rows = np.argsort(is_copy, kind="stable")
+    number = np.argsort(rows).astype(np.uint32)
+    result = take_vertices(mesh, rows)
+    result.faces = number[mesh.faces]
+    tables = [each.mesh.seam_originals for each in meshes]
+    starts = np.cumsum([0, *own])
+    result.seam_originals = np.concatenate(
+        [table + np.uint32(s) for table, s in zip(tables, starts) if table is not None]
+    )
+    return result
 
 
 def _placed(meshes: Sequence[NamedMesh]) -> Tuple[np.ndarray, List[np.ndarray]]:
@@ -137,8 +160,10 @@ def _joined(
     counts: Sequence[int],
     what: str,
     notes: List[str],
+    taken: Collection[str] = (),
 ) -> Dict[str, np.ndarray]:
-    """Named values of all; of those with one name, but of another type, each has its own name."""
+    """Named values of all; of those with one name, but of another type, or a name that is taken
+    already, each has its own name."""
     found: Dict[str, np.ndarray] = {}
     for name in dict.fromkeys(name for values in of_each for name in values):
         kinds: Dict[Any, List[int]] = {}
@@ -148,8 +173,8 @@ def _joined(
         for (shape, dtype), holders in kinds.items():
             own = (
                 name
-                if name not in found
-                else _free("%s_%%d" % name, {*found, *of_each[holders[0]]})
+                if name not in found and name not in taken
+                else _free(name.replace("%", "%%") + "_%d", {*found, *taken, *of_each[holders[0]]})
             )
             fill = np.nan if dtype.kind == "f" else 0
             parts = [
@@ -163,7 +188,7 @@ def _joined(
                 notes.append(text.replace(": nan", ": unknown (NaN)"))
             if own != name:
                 owner = meshes[holders[0]].name
-                notes.append("%s %s of %s, of another type, is %s" % (what, name, owner, own))
+                notes.append("%s %s of %s is %s: there is another one, of another type" % (what, name, owner, own))
     return found
 
 

@@ -22,7 +22,7 @@ def without_copies(mesh: Mesh) -> Mesh:
     """The parent of a mesh with copies: one vertex for each point of the surface, the same faces,
     and everything that these have but textures, which need the copies.
 
-    Normals and colors are those of the originals. Of costs the largest counts, and NaN before it
+    Normals, colors and attributes are those of the originals. Of costs the largest counts, and NaN before it
     (SplitMesh.parent_vertex_values). A mesh without copies is returned as it is.
     """
     split = split_mesh(mesh)
@@ -42,6 +42,7 @@ def without_copies(mesh: Mesh) -> Mesh:
         vertex_costs={
             name: split.parent_vertex_values(costs) for name, costs in mesh.vertex_costs.items()
         },
+        vertex_attributes={name: v[:count] for name, v in mesh.vertex_attributes.items()},
         texture_coordinates=None,
         textures={},
         materials=materials,

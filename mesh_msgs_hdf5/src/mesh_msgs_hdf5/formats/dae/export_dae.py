@@ -58,8 +58,8 @@ def dae_of(path: PathLike, mesh: Mesh) -> Export:
     body = b"".join([*_sources(mesh), *_triangles(mesh)])
     export.content = _lines(head) + body + _lines(tail)
     export.leave_out(
-        *(mesh, "COLLADA", "vertex_costs", "face_attributes", "labels", "features"),
-        *("origin", "crs"),
+        *(mesh, "COLLADA", "vertex_costs", "vertex_attributes", "face_attributes", "labels"),
+        *("features", "origin", "crs"),
     )
     return export
 

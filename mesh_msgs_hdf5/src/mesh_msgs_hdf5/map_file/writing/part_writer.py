@@ -19,6 +19,8 @@ class PartWriter:
     Places must be free: what is to be replaced is removed first.
     """
 
+    _vertex_values = schema.CHANNELS  # the group of layers and attributes
+
     def __init__(self, writer: ObjectWriter, part: h5py.Group, lvr2: bool = False) -> None:
         self._writer = writer
         self._part = part
@@ -99,7 +101,7 @@ class PartWriter:
 
     def layer(self, name: str, costs: np.ndarray, parameters: Optional[Dict[str, Any]]) -> None:
         """Write (V,) costs."""
-        stored = self._writer.array(self._group(schema.CHANNELS), name, costs.reshape(-1, 1))
+        stored = self._writer.array(self._group(self._vertex_values), name, costs.reshape(-1, 1))
         self.parameters(stored, parameters)
 
     def vertex_attribute(
@@ -107,7 +109,7 @@ class PartWriter:
     ) -> None:
         """Write (V,) or (V, C) numbers, marked where they look like a layer."""
         rows = values.reshape(len(values), -1)
-        stored = self._writer.array(self._group(schema.CHANNELS), name, rows)
+        stored = self._writer.array(self._group(self._vertex_values), name, rows)
         if rows.shape[1] == 1 and values.dtype.kind == "f":
             self._writer.text(stored, schema.KIND, schema.ATTRIBUTE)
         self.parameters(stored, parameters)

@@ -26,6 +26,8 @@ class Ros2PartWriter(PartWriter):
     Every array has two dimensions, for LVR2 asks each for its second one.
     """
 
+    _vertex_values = _VERTEX_ATTRIBUTES
+
     def __init__(self, writer: ObjectWriter, part: h5py.Group) -> None:
         super().__init__(writer, part)
         self.textures = TextureWriter(writer, part, lvr2=True, channels=_GEOMETRY)
@@ -44,11 +46,6 @@ class Ros2PartWriter(PartWriter):
             return
         stored = self._writer.array(self._group(_VERTEX_ATTRIBUTES), name, array)
         self._writer.further_name(stored, self._group(_GEOMETRY), name)
-
-    def layer(self, name: str, costs: np.ndarray, parameters: Optional[Dict[str, Any]]) -> None:
-        """Write (V,) costs."""
-        group = self._group(_VERTEX_ATTRIBUTES)
-        self.parameters(self._writer.array(group, name, costs.reshape(-1, 1)), parameters)
 
     def face_attribute(
         self, name: str, values: np.ndarray, parameters: Optional[Dict[str, Any]]
