@@ -77,8 +77,6 @@ def make_rich_mesh():
     )
     mesh.origin = (4.3e5, 5.79e6, -0.1)
     mesh.crs = "EPSG:25832"
-    mesh.seam_originals = rng.integers(0, 31, 9).astype(np.uint32)
-    mesh.vertices[31:] = mesh.vertices[mesh.seam_originals]
     return mesh
 
 

@@ -109,6 +109,18 @@ def test_tables_that_do_not_fit_are_not_saved(path, tmp_path):
     assert not (tmp_path / "b.h5").exists()
 
 
+def test_a_table_of_another_mesh_is_left_out(path):
+    with h5py.File(path, "r+") as file:
+        file["mesh/seams/originals"].attrs["parent_uuid"] = "00000000-0000-5000-8000-000000000000"
+    file = MapFile(path)
+    assert file.read().seam_originals is None and file.seam_originals is None
+    assert file.parent_uuid == "" and len(file.notes) == 1
+    assert "is of the mesh 00000000-0000-5000-8000-000000000000" in file.notes[0]
+    with pytest.raises(MapFileError):
+        MapFile(path, strict=True).read()
+    assert [f.rule for f in validate(path) if f.level == "error"] == ["uuid"]
+
+
 def test_info_and_diff_say_it(path, tmp_path, capsys):
     file = MapFile(path)
     assert main(["info", path]) == 0
