@@ -5,6 +5,7 @@ Exit code 1 if there is a finding.
 """
 import argparse
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -66,10 +67,12 @@ def command_in_parts(tool, arguments, paths, correction):
 
 def check_black(python):
     """What black would change; where it need not show anything it remembers what it has seen."""
-    quick = ["--check", "--quiet", "--fast"]  # what is not written needs not be compared
-    if not command("black", quick + python, "differs"):
-        return ""
-    return command("black", quick + ["--diff"] + python, "correct with: black FILE")
+    quick = ["--check", "--fast"]  # what is not written needs not be compared
+    told = command("black", quick + python, "")
+    differing = re.findall(r"^would reformat (.+)$", told, re.MULTILINE)
+    if not differing:
+        return told
+    return command("black", quick + ["--quiet", "--diff"] + differing, "correct with: black FILE")
 
 
 def timed(check):
