@@ -41,7 +41,8 @@ def run(arguments):
             print(os.getpid(), flush=True)
             time.sleep(60)
         except KeyboardInterrupt:
-            time.sleep(0.2)  # tidies up
+            print("tidying up", flush=True)
+            time.sleep(0.2)
             print("tidy", flush=True)
             raise
     say(arguments, vars(arguments)["degrees"], ["washed"])
@@ -95,15 +96,14 @@ def test_they_are_listed_and_run(packages, capfd):
     out, err = helped(capfd, "layers")
     assert "wash      does layers wash" in out and "rename" in out and not err
     assert main([]) == 2 and "does wash" in capfd.readouterr().out
-    for words in (["wash"], ["layers", "wash"]):
-        assert main([*words, "ok"]) == 0 and capfd.readouterr().out == "washed\n"
-        assert main([*words, "ok", "--json", "--degrees", "60"]) == 0
-        assert json.loads(capfd.readouterr().out) == 60
-        assert main([*words, "ok", "-q"]) == 0 and capfd.readouterr().out == ""
-        assert main([*words, "--help"]) == 0
-        out = capfd.readouterr().out
-        assert out.startswith("usage: mesh_tool %s [-h]" % " ".join(words))
-        assert "example: rosrun mesh_msgs_hdf5 mesh_tool wash a.h5" in out
+    assert main(["layers", "wash", "ok"]) == 0 and capfd.readouterr().out == "washed\n"
+    assert main(["wash", "ok", "--json", "--degrees", "60"]) == 0
+    assert json.loads(capfd.readouterr().out) == 60
+    assert main(["wash", "ok", "-q"]) == 0 and capfd.readouterr().out == ""
+    assert main(["layers", "wash", "--help"]) == 0
+    out = capfd.readouterr().out
+    assert out.startswith("usage: mesh_tool layers wash [-h]")
+    assert "example: rosrun mesh_msgs_hdf5 mesh_tool wash a.h5" in out
 
 
 @pytest.mark.parametrize(
@@ -148,6 +148,7 @@ def is_gone(pid):
 def test_an_interrupt_reaches_it_once(packages, to_both):
     process, child = started()
     process.send_signal(signal.SIGINT)
+    assert process.stdout.readline() == "tidying up\n"
     if to_both:  # as a terminal does
         os.kill(child, signal.SIGINT)
     out, err = process.communicate(timeout=60)
@@ -224,8 +225,6 @@ def test_unknown_words_are_compared_with_them(packages, capfd):
     [
         ("mesh_tool wa", {"wash"}),
         ("mesh_tool layers w", {"wash"}),
-        ("mesh_tool layers re", {"rename"}),
-        ("mesh_tool wash --de", {"--degrees"}),
         ("mesh_tool wash ok --soap ", {"green", "hard"}),
         ("mesh_tool layers wash ok --soap g", {"green"}),
     ],

@@ -69,7 +69,8 @@ def plan_picture(
 
     def overlay(axes: Any, camera: Camera) -> None:
         _draw_path(axes, points @ camera.axes[:2].T, hidden)
-        start, goal = (camera.axes[:2] @ pose.position for pose in ends)
+        with np.errstate(invalid="ignore"):  # ends that are nowhere
+            start, goal = (camera.axes[:2] @ pose.position for pose in ends)
         _draw_end(axes, start, goal, "start", "o", "white")
         _draw_end(axes, goal, start, "goal", "*", "gold")
 
