@@ -25,7 +25,7 @@ namespace {
 constexpr const char* FRAME_OF_FILE = "<As in the file>";
 
 constexpr const char* FILTERS =
-    "Maps and meshes (*.h5 *.hdf5 *.ply *.obj *.stl *.off *.dae *.glb *.gltf);;"
+    "Maps and meshes (*.h5 *.hdf5 *.ply *.obj *.stl *.off *.dae *.zae *.fbx *.3ds *.glb *.gltf);;"
     "Maps (*.h5 *.hdf5);;All files (*)";
 
 /// The path of a map file: to be typed, or chosen with a button.
@@ -132,9 +132,9 @@ Map3DDisplay::Map3DDisplay() : session_(findMapServer), lines_(this)
 {
   file_property_ =
       new MapFileProperty("Map file path", NO_MAP_FILE,
-                          "A map (.h5), or a mesh: .ply, .obj, .stl, .off, .dae, .glb, .gltf. It "
-                          "is loaded again when it changes. A relative path counts from where RViz "
-                          "was started.",
+                          "A map (.h5), or a mesh: .ply, .obj, .stl, .off, .dae, .zae, .fbx, .3ds, "
+                          ".glb, .gltf. It is loaded again when it changes. A relative path counts "
+                          "from where RViz was started.",
                           this, SLOT(onFile()), this);
   frame_property_ =
       new rviz::TfFrameProperty("Frame", FRAME_OF_FILE, "The frame that the map lies in.", this,
