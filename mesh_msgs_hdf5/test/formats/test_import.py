@@ -220,7 +220,10 @@ def test_ply_properties_become_attributes(read, form):
     assert mesh.vertex_costs["label"].tolist() == [1, 2, 3, 4]
     assert mesh.vertex_costs["quality"].tolist() == np.float32([0, 1.5, 2.5, 1e30]).tolist()
     assert mesh.vertex_costs["scalar_slope"].tolist() == [0.25, 0.5, 1, 2]
-    assert report.notes == ["left out: property s of the vertices (f4)"]
+    assert report.notes == [
+        "left out: property s of the vertices (f4)",
+        "--labels-from label makes labels of what label says",
+    ]
 
 
 def test_ply_colors_may_be_floats(read):

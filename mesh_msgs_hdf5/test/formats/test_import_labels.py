@@ -30,8 +30,11 @@ def faces_of(mesh):
 
 def test_classes_of_faces(tmp_path):
     path = strip(tmp_path)
-    assert not read_mesh(path)[0].labels
+    mesh, report = read_mesh(path)
+    assert not mesh.labels
+    assert "--labels-from category_id makes labels of what category_id says" in report.notes
     mesh, report = read_mesh(path, labels_from=("category_id",))
+    assert not any("--labels-from" in note for note in report.notes)
     assert faces_of(mesh) == {"category1": [2, 3, 8, 9], "category3": [0, 1, 4, 5]}
     assert "2 labels of category_id" in report.notes and report.labels == 2
     assert mesh.face_attributes["category_id"].tolist() == np.repeat(CATEGORIES, 2).tolist()
@@ -74,7 +77,9 @@ OBJ = "".join("v %g %g %g\n" % tuple(p) for p in POINTS) + (
 )
 def test_groups_of_obj(tmp_path, source, expected):
     (tmp_path / "a.obj").write_text(OBJ)
-    assert not read_mesh(tmp_path / "a.obj")[0].labels
+    mesh, report = read_mesh(tmp_path / "a.obj")
+    assert not mesh.labels
+    assert "--labels-from groups makes labels of its 2 groups" in report.notes
     mesh, _ = read_mesh(tmp_path / "a.obj", labels_from=(source,))
     assert faces_of(mesh) == expected
 

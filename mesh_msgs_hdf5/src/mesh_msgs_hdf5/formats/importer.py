@@ -12,7 +12,11 @@ from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
 from mesh_msgs_hdf5.formats.base.corners import note_seams
-from mesh_msgs_hdf5.formats.base.foreign_labels import ClassNames, take_numbered_labels
+from mesh_msgs_hdf5.formats.base.foreign_labels import (
+    ClassNames,
+    note_numbered_labels,
+    take_numbered_labels,
+)
 from mesh_msgs_hdf5.formats.base.movement import move_rest
 from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed, told_up
 from mesh_msgs_hdf5.formats.base.report import ImportReport
@@ -193,6 +197,8 @@ def _from_format(path, kind, options, report):
         move_rest(mesh, options.matrix, mesh.origin, report)
     if options.labels_from and kind != "obj":  # whose groups its reader knows
         _take_labels(path, mesh, options, report)
+    if not options.labels_from:
+        note_numbered_labels(mesh, report)
     mesh = _mended(path, mesh, options, report)
     mesh.source = _provenance(path, data, mesh.source, options, report)
     return checked_mesh(path, mesh)

@@ -21,6 +21,8 @@ class ClassNames(NamedTuple):
 
 # of an OBJ file: what may name its faces
 GROUPS = {"groups": b"g", "objects": b"o", "materials": b"usemtl"}
+# properties that are classes in the files of others
+_USUAL = ("label", "category_id", "class_id")
 _MOST_NAMES = 1 << 24  # bytes of a file of names
 
 
@@ -54,6 +56,14 @@ def take_numbered_labels(
             text = names.labels.get(row[1], "%s_%d" % (text, row[1]))
         _add(mesh, text, faces)
     report.note("%d labels of %s", len(found), ", ".join(sources))
+
+
+def note_numbered_labels(mesh: Mesh, report: ImportReport) -> None:
+    """Say that a mesh without labels has what labels could be made of."""
+    for name in _USUAL:
+        if not mesh.labels and (name in mesh.face_attributes or name in mesh.vertex_costs):
+            report.note("--labels-from %s makes labels of what %s says", name, name)
+            return
 
 
 def take_grouped_labels(

@@ -103,6 +103,10 @@ def read_obj(path: PathLike, data: bytes, options: Options, report: ImportReport
             mesh = _with_coordinates(path, lines, mesh, triangles, corners, index, options, report)
     _take_materials(path, lines, mesh, triangles, remarks, report)
     _take_labels(path, lines, mesh, triangles, remarks, report)
+    if not mesh.labels and not options.labels_from:
+        groups = _face_ranges(lines, b"g", one_name=False).keys() - set(_NO_GROUPS)
+        if len(groups) > 1:
+            report.note("--labels-from groups makes labels of its %d groups", len(groups))
     for source in check_group_sources(path, options.labels_from):
         ranges = _face_ranges(lines, GROUPS[source], one_name=source != "groups")
         found = {
