@@ -186,7 +186,8 @@ def test_repairing_seams_is_repairing_without_textures(tmp_path):
     faces = np.concatenate([faces, faces[some][:, [1, 2, 0]]])  # double, elsewhere in the texture
     uv = np.concatenate([uv, rng.random((9, 3, 2))])
     faces[3, 1] = faces[3, 0]
-    turned = rng.random(len(faces)) < 0.2
+    turned = rng.random(len(faces)) < 0.1
+    turned |= vertices[faces][:, :, 0].mean(1) < 1.4  # most of a stripe, which the others turn
     faces[turned], uv[turned] = faces[turned][:, ::-1], uv[turned][:, ::-1]
     vertices[faces[0, 0]] = np.nan
     path = write_obj(tmp_path, (vertices, faces, uv))

@@ -308,6 +308,22 @@ class SurfaceRobotTest(unittest.TestCase):
         pose = robot.wait_for_pose(lambda position: position[0] > 10).pose
         np.testing.assert_allclose(position_of(pose), [50, 5, 0.5], atol=1e-6)
 
+    def test_seams_of_textures_do_not_stop_it(self):
+        """The mesh of a map as it is published has copies of the vertices there."""
+        vertices, faces = GRID.vertices, GRID.faces.astype(np.int64)
+        seam = np.flatnonzero(vertices[:, 0] == 3.0)
+        right = vertices[faces][:, :, 0].mean(1) > 3.0
+        place = len(vertices) + np.searchsorted(seam, faces)
+        faces = np.where(right[:, None] & np.isin(faces, seam), place, faces).astype(np.uint32)
+        mesh_map = MeshMap(np.concatenate([vertices, vertices[seam]]), faces)
+        self.assertEqual(mesh_map.topology.component_count, 2)
+        robot = self.robot("seams", mesh_topic="/seams/mesh", initial_pose=[1.0, 5.0])
+        publisher = rospy.Publisher("/seams/mesh", MeshGeometryStamped, queue_size=1, latch=True)
+        publisher.publish(geometry_message(mesh_map))
+        robot.wait_for_pose()
+        robot.drive(1.0, lambda position: position[0] > 4.0)
+        self.assertNotIn("does not get on", robot.output())
+
     def test_free_ground_to_begin_on(self):
         """It waits for the costs of its map, and begins beside what they block."""
         topics = {"mesh_topic": "/blocked/mesh", "costs_topic": "/blocked/vertex_costs"}
