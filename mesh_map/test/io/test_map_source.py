@@ -208,7 +208,7 @@ def test_only_what_is_needed_is_read(map_file, monkeypatch):
         lambda self, members=None: seen.append(members) or map_file.read(members),
     )
     MapSource(map_file.path)
-    assert seen == [("vertex_normals", "vertex_colors")]
+    assert seen == [("vertex_normals", "vertex_colors", "seam_originals")]
 
 
 def test_save_and_load(map_file):
