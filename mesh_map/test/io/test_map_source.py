@@ -26,11 +26,14 @@ def map_file(tmp_path):
     return MapFile.write(path, Mesh(mesh.vertices, mesh.faces, frame_id="hall"))
 
 
-def loaded(path, layers=(HEIGHT_DIFF,), **options):
+def loaded(path, layers=(HEIGHT_DIFF,), require_provenance=False, **options):
     """The source of a map, and the map with its layers as a node has it."""
     source = MapSource(path)
+    source.require_provenance = require_provenance
     mesh_map = source.make_map(**options)
-    mesh_map.compute_layers(list(layers), stored=source.stored_costs)
+    mesh_map.compute_layers(
+        list(layers), stored=source.stored_costs, on_trust=source.costs_on_trust
+    )
     return source, mesh_map
 
 
@@ -88,7 +91,6 @@ def test_what_is_stored_says_how_and_for_what_it_was_computed(map_file, paramete
 @pytest.mark.parametrize(
     "change, said",
     [
-        (None, "does not say for which geometry"),
         ({"geometry": None}, "does not say for which geometry"),
         ({"geometry": "f00"}, "other values of geometry"),
         ({"radius": 0.2, "vertex_normals": "0"}, "other values of radius, vertex_normals"),
@@ -100,9 +102,8 @@ def test_what_is_stored_says_how_and_for_what_it_was_computed(map_file, paramete
 def test_layers_of_other_parameters_are_computed(map_file, parameters, change, said, caplog):
     caplog.set_level(logging.INFO, "mesh_map")
     fresh = costs_of(map_file.path)
-    if change is not None:
-        changed = {k: v for k, v in dict(parameters, **change).items() if v is not None}
-    map_file.write_layers({"height_diff": (MARKED, None if change is None else changed)})
+    changed = {k: v for k, v in dict(parameters, **change).items() if v is not None}
+    map_file.write_layers({"height_diff": (MARKED, changed)})
     assert fresh.any() and np.array_equal(costs_of(map_file.path), fresh)
     assert "layer height_diff is computed anew: " in caplog.text and said in caplog.text
 

@@ -152,6 +152,17 @@ class MeshMapNode(unittest.TestCase):
         again = server.load()
         np.testing.assert_array_equal(again.layers["height_diff"].result.costs, marked)
 
+    def test_released_layers_are_used_unless_provenance_is_required(self):
+        layers = [{"name": "height_diff", "type": TYPE}]
+        fresh = self.serve("fresh", mesh_file=self.path, layers=layers).map
+        fresh = fresh.layers["height_diff"].result.costs
+        marked = np.linspace(0, 0.01, len(fresh)).astype(np.float32)
+        MapFile(self.path).write_layers({"height_diff": (marked, None)})
+        for name, required, expected in (("trusting", False, marked), ("strict", True, fresh)):
+            given = dict(mesh_file=self.path, layers=layers, require_provenance=required)
+            found = self.serve(name, **given).map.layers["height_diff"].result.costs
+            np.testing.assert_array_equal(found, expected)
+
     def serve(self, name, **parameters):
         """A server in this very node, as the navigation server embeds it."""
         rospy.set_param("~" + name, parameters)

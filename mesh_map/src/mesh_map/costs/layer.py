@@ -2,6 +2,7 @@
 
 import abc
 import json
+import math
 from typing import TYPE_CHECKING, Any, ClassVar, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from mesh_map.map.mesh_map import MeshMap
 
 BASE_CLASS_TYPE = "mesh_map::Layer"
+ON_TRUST = "on_trust"  # in the identity of a layer whose costs are of a file that says nothing
 
 FACTOR = Parameter(
     "factor", 1.0, 0.0, 1.0, "weight of the costs in the combination", affects_costs=False
@@ -164,6 +166,8 @@ class Layer(abc.ABC):
     * People are told what its costs mean: UNIT, such as "m", and lethal_rule().
     * Its costs are stored with the map and reused, unless it says STORABLE = False, because they
       are made quickly from what is in the file, or are of the moment only.
+    * One that the released programs store says under which name with RELEASED_NAME; what they have
+      stored may be used (see mesh_map.costs.trust), within largest_cost().
 
     The same type may be used several times in a map under different names. The map calls one method
     of a layer at a time, from any thread; a layer whose call has not returned within the
@@ -186,6 +190,7 @@ class Layer(abc.ABC):
     READS_WEIGHTS: ClassVar[bool] = True
     ROS_ADAPTER: ClassVar[str] = ""
     STORABLE: ClassVar[bool] = True
+    RELEASED_NAME: ClassVar[str] = ""
     UNIT: ClassVar[str] = ""
 
     def __init__(
@@ -220,8 +225,12 @@ class Layer(abc.ABC):
 
     def evaluated(self, result: LayerResult, mesh_map: "MeshMap", inputs: Inputs) -> None:
         """Called by the map: the layer has a new result, of these inputs."""
+        before = self.result
+        kept = before is not None and np.may_share_memory(result.costs, before.costs)
+        on_trust = kept and ON_TRUST in (self._identity or ())  # they get no fingerprint
         self.result = result
-        self._identity, self._evaluated_with = None, (mesh_map, inputs)
+        self._identity = self._identity if on_trust else None
+        self._evaluated_with = mesh_map, inputs
 
     def checked_changes(self, values: Mapping[str, Any]) -> Tuple[Dict[str, Value], List[str]]:
         """All parameters with other values of some, and warnings; nothing is changed by this.
@@ -255,6 +264,10 @@ class Layer(abc.ABC):
         else, it is not told.
         """
         return None
+
+    def largest_cost(self, geometry: MeshGeometry) -> float:
+        """What finite costs cannot exceed, whatever the parameters; +inf (the default): nothing."""
+        return math.inf
 
     def announce(self, geometry: MeshGeometry) -> None:
         """Called for all layers that will be computed, before any is.

@@ -29,6 +29,7 @@ from mesh_map.base.plugins import find_class, scanned_once
 from mesh_map.costs.layer import BASE_CLASS_TYPE, Inputs, Layer, LayerInput, LayerResult, checked
 from mesh_map.costs.layer_graph import LayerGraph
 from mesh_map.costs.layer_worker import LayerWorker, seconds_for
+from mesh_map.costs.trust import CostsOnTrust, trusted
 
 if TYPE_CHECKING:
     from mesh_map.map.mesh_map import MeshMap
@@ -137,6 +138,7 @@ class LayerSet:
         progress: Optional[Progress] = None,
         stored: Optional[StoredCosts] = None,
         on_layer: Optional[OnLayer] = None,
+        on_trust: Optional[CostsOnTrust] = None,
     ) -> "LayerSet":
         """Loads and evaluates all layers; arguments as for MeshMap.compute_layers()."""
         seconds = seconds_for(len(mesh_map.faces), mesh_map.layer_timeout)
@@ -154,7 +156,7 @@ class LayerSet:
             ),
             seconds=seconds,
         )
-        reused = made._announced(mesh_map, stored)
+        reused = made._announced(mesh_map, stored, on_trust)
         for number, (name, layer) in enumerate(made.made.items()):
             if progress:
                 progress(number / len(made.made), "layer " + name)
@@ -171,7 +173,10 @@ class LayerSet:
         return made
 
     def _announced(
-        self, mesh_map: "MeshMap", stored: Optional[StoredCosts]
+        self,
+        mesh_map: "MeshMap",
+        stored: Optional[StoredCosts],
+        on_trust: Optional[CostsOnTrust],
     ) -> Dict[str, Optional[LayerResult]]:
         """Results that were stored; all layers without one have said what they need."""
         reused: Dict[str, Optional[LayerResult]] = {}
@@ -180,7 +185,7 @@ class LayerSet:
                 continue
             try:
                 reused[layer.name] = self.workers[layer.name].call(
-                    partial(_announced, mesh_map, layer, stored)
+                    partial(_announced, mesh_map, layer, stored, on_trust)
                 )
             except PLUGIN_FAILURES as error:
                 self._leave_out(layer.name, error)
@@ -245,12 +250,17 @@ def as_input(params: Mapping[str, Any], result: LayerResult) -> LayerInput:
 
 
 def _announced(
-    mesh_map: "MeshMap", layer: Layer, stored: Optional[StoredCosts]
+    mesh_map: "MeshMap",
+    layer: Layer,
+    stored: Optional[StoredCosts],
+    on_trust: Optional[CostsOnTrust],
 ) -> Optional[LayerResult]:
     """A result that was stored; a layer without one has said what it needs."""
     reused = None
     if stored and not layer.READS_LAYERS:
         reused = _reused(mesh_map, layer, {}, stored)
+    if reused is None:
+        reused = _trusted(mesh_map, layer, on_trust)
     if reused is None:
         layer.announce(mesh_map.geometry)
     return reused
@@ -267,6 +277,16 @@ def _reused(
         returned = None if costs is None else layer.reuse(costs, mesh_map, inputs)
         return None if returned is None else checked(returned, len(mesh_map.vertices))
     except PLUGIN_FAILURES as error:  # or of a file that others have written to
+        _LOG.warning("layer %s is computed anew: %s", layer.name, error_line(error))
+        return None
+
+
+def _trusted(
+    mesh_map: "MeshMap", layer: Layer, on_trust: Optional[CostsOnTrust]
+) -> Optional[LayerResult]:
+    try:
+        return trusted(mesh_map, layer, on_trust)
+    except PLUGIN_FAILURES as error:
         _LOG.warning("layer %s is computed anew: %s", layer.name, error_line(error))
         return None
 

@@ -39,6 +39,7 @@ from mesh_map.costs.layer_faults import LayerFaults, no_default_layer, of_requir
 from mesh_map.costs.layer_set import LayerSet, OnLayer, Progress, StoredCosts
 from mesh_map.costs.propagation import Propagation
 from mesh_map.costs.settings import MapSettings
+from mesh_map.costs.trust import CostsOnTrust
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 
 _LOG = logging.getLogger("mesh_map")
@@ -185,6 +186,7 @@ class LayeredCosts:
         progress: Optional[Progress] = None,
         stored: Optional[StoredCosts] = None,
         on_layer: Optional[OnLayer] = None,
+        on_trust: Optional[CostsOnTrust] = None,
     ) -> None:
         """Loads and evaluates layers in order, and combines them. Replaces what was there.
 
@@ -204,9 +206,11 @@ class LayeredCosts:
             stored: gives costs (V,) that a layer (of a name) had before with the same
                 fingerprint(), or None.
             on_layer: called with each layer as soon as it has its result.
+            on_trust: gives costs (V,) that stand, without a word on how they were made, under the
+                name that the release has for a layer's type, or None; None: there are none.
         """
         with self._change(), self._computing:
-            layer_set = LayerSet.computed(self, config, progress, stored, on_layer)
+            layer_set = LayerSet.computed(self, config, progress, stored, on_layer, on_trust)
             settings = self.settings
             if settings.default_layer and settings.default_layer not in layer_set.layers:
                 _LOG.error("default_layer %s", no_default_layer(settings.default_layer))

@@ -21,6 +21,11 @@ _STRINGS = (
     Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
     Parameter("global_frame", "", description="frame of all messages; empty: that of the file"),
 )
+_PROVENANCE = Parameter(
+    "require_provenance",
+    False,
+    description="true: layers in the file that do not say how they were computed are not used",
+)
 _ORIGIN = Parameter("origin", (), description="x, y, z (m): subtracted from the coordinates")
 GEOMETRY_PARAMETERS = (
     Parameter("up_direction", (0.0, 0.0, 1.0), description="against which heights are measured"),
@@ -45,7 +50,8 @@ GEOMETRY_PARAMETERS = (
 class MapParameters:
     """Parameters that have been checked.
 
-    mesh_file, mesh_part, global_frame, origin: as in the README; for MapSource.
+    mesh_file, mesh_part, global_frame, origin, require_provenance: as in the README; for
+        MapSource.
     layers: the list for MeshMap.compute_layers().
     geometry: up_direction, orient, normals and max_edge_length, for MapSource.make_map().
     """
@@ -54,6 +60,7 @@ class MapParameters:
     mesh_part: Optional[str]
     origin: Optional[Tuple[Any, ...]]
     global_frame: str
+    require_provenance: bool
     layers: Any
     geometry: Mapping[str, Any]
 
@@ -69,7 +76,9 @@ def map_parameters(values: Any) -> MapParameters:
     """
     if not isinstance(values, Mapping):
         raise MeshMapError("the parameters are %r, not a dictionary" % (values,))
-    checked, warnings = checked_values((*_STRINGS, _ORIGIN, *GEOMETRY_PARAMETERS), values)
+    checked, warnings = checked_values(
+        (*_STRINGS, _ORIGIN, _PROVENANCE, *GEOMETRY_PARAMETERS), values
+    )
     for warning in warnings + _misspelled(values):
         _LOG.warning("%s", warning)
     if values.get("server_url") and not checked["mesh_file"]:
@@ -84,6 +93,7 @@ def map_parameters(values: Any) -> MapParameters:
         checked["mesh_part"] or None,
         checked["origin"] or None,
         checked["global_frame"],
+        checked["require_provenance"],
         layers,
         {p.name: checked[p.name] for p in GEOMETRY_PARAMETERS},
     )
@@ -112,7 +122,7 @@ def parameters_in_file(path: Union[str, "os.PathLike[str]"]) -> Mapping[str, Any
 
 def _misspelled(values: Mapping[str, Any]) -> List[str]:
     """Names that are nearly those of parameters; others may belong to the node."""
-    parameters = (*_STRINGS, _ORIGIN, *GEOMETRY_PARAMETERS, *SETTINGS)
+    parameters = (*_STRINGS, _ORIGIN, _PROVENANCE, *GEOMETRY_PARAMETERS, *SETTINGS)
     known = ["layers", *(parameter.name for parameter in parameters)]
     found = []
     for name, value in values.items():

@@ -24,7 +24,7 @@ from mesh_msgs_hdf5.files.save import stamp
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.digest import digest
 from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
-from mesh_map.costs.layer import Layer
+from mesh_map.costs.layer import ON_TRUST, Layer
 from mesh_map.geometry.coordinates import check_rounding, checked_origin
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.normals import checked_up, unit_normals
@@ -59,8 +59,11 @@ class MapSource:
     without: maps are of that one, so that no seam cuts the surface, and are shown with the copies.
 
     Attributes: path, is_map_file (HDF5: layers can be saved), mesh (mesh_msgs_hdf5, as in the file;
-    geometry, normals and colors), uuid, contents (MapContents).
+    geometry, normals and colors), uuid, contents (MapContents), require_provenance (false; true:
+    costs_on_trust gives none).
     """
+
+    require_provenance = False
 
     def __init__(
         self, path: str, part: Optional[str] = None, origin: Optional[Sequence[float]] = None
@@ -199,29 +202,65 @@ class MapSource:
         """The costs in the file of a layer that was computed with this fingerprint, if there are.
 
         Those under the name of the layer count first, then others: another robot may have stored
-        them. A file that does not say how, or for which geometry, its costs were made may hold
-        those of another radius: they are not used, nor are those of a damaged or meanwhile replaced
-        file; that is logged. A derived mesh has vertices that the file knows nothing of: there are
-        none for it.
+        them. Costs of which the file does not say for which geometry they were made are not used
+        (see costs_on_trust), nor are those of a damaged or meanwhile replaced file; that is logged.
+        A derived mesh has vertices that the file knows nothing of: there are none for it.
         """
         if self._derived is not None:
             return None
         wanted = self._storable(fingerprint)
+
+        def chosen(stored: Mapping[str, Any]) -> Optional[str]:
+            names = [other for other in stored if stored[other] == wanted]
+            return name if name in names else names[0] if names else None
+
         try:
-            for _ in range(_TRIES):
-                stored = self._stored_parameters()
-                names = [other for other in stored if stored[other] == wanted]
-                if not names:
-                    break
-                costs = self._members.vertex_costs(name if name in names else names[0])
-                if stamp(self.path) == self._stamp:  # so these are the costs of those parameters
-                    return costs if self._split is None else self._split.parent_vertex_values(costs)
+            costs, stored = self._stored_costs(chosen)
         except MapFileError as error:
             _LOG.warning("layer %s is computed anew: %s", name, error)
             return None
-        if name in stored:
+        if costs is None and stored.get(name):
             _LOG.info("layer %s is computed anew: %s", name, _difference(stored[name], wanted))
-        return None
+        return costs
+
+    def costs_on_trust(self, name: str, released_name: str) -> Optional[np.ndarray]:
+        """The costs in the file under the name that the released programs have for a layer's type,
+        if the file does not say anything of how they were made: as those programs store them.
+
+        None for a derived mesh, where another way is up than for those programs or faces are
+        turned, and where require_provenance is set; that is logged.
+        """
+        if self._geometry is None or self._derived is not None or not self.is_map_file:
+            return None
+        turned = self._options.get("orient") or tuple(self._geometry.up) != (0.0, 0.0, 1.0)
+        usable = not (self.require_provenance or turned)
+
+        def chosen(stored: Mapping[str, Any]) -> Optional[str]:
+            return released_name if usable and stored.get(released_name) == {} else None
+
+        try:
+            costs, stored = self._stored_costs(chosen)
+        except MapFileError as error:
+            _LOG.warning("layer %s is computed anew: %s", name, error)
+            return None
+        silent = [other for other in (name, released_name) if stored.get(other) == {}]
+        if costs is None and silent:
+            text = "layer %s is computed anew: the file does not say how, and for which geometry, "
+            _LOG.info(text + "the costs of %s were computed", name, silent[0])
+        return costs
+
+    def _stored_costs(self, chosen: Callable[[Mapping[str, Any]], Optional[str]]) -> Any:
+        """(costs of the layer that is chosen by the parameters of all, None if none is; those)."""
+        for _ in range(_TRIES):
+            stored = self._stored_parameters()
+            name = chosen(stored)
+            if name is None:
+                break
+            costs = self._members.vertex_costs(name)
+            if stamp(self.path) == self._stamp:  # so these are the costs of those parameters
+                whole = self._split is None
+                return (costs if whole else self._split.parent_vertex_values(costs)), stored
+        return None, stored
 
     def is_stored(self, layer: Layer) -> bool:
         """Whether the file has this layer under its name, computed as it was."""
@@ -266,7 +305,9 @@ class MapSource:
                     lethal = np.count_nonzero(self._split.vertex_values(layer.result.lethal))
                     meaning = meaning._replace(lethal=int(lethal)).counted(costs)
                 edit.vertex_costs[name] = costs
-                parameters = self._storable(_identity(layer))
+                identity = _identity(layer)
+                on_trust = ON_TRUST in identity  # nobody knows more of them than before
+                parameters = {} if on_trust else self._storable(identity)
                 edit.layer_parameters[name] = {**parameters, KEY: meaning.stored()}
         if not edit.vertex_costs:
             raise MeshMapError("there are no layers to store")

@@ -5,6 +5,7 @@ it cannot climb; roughness, which shakes it; ridges, where the surface bends.
 """
 
 import abc
+import math
 from typing import ClassVar, Optional
 
 import numpy as np
@@ -61,10 +62,14 @@ class RadiusLayer(ThresholdLayer):
 class BorderLayer(ThresholdLayer):
     """The border cost at vertices on an edge of only one face, else 0."""
 
+    RELEASED_NAME = "border"
     PARAMETERS = (
         Parameter("threshold", 0.5, 0.05, 1.0, "lethal above", affects_costs=False),
         Parameter("border_cost", 1.0, 0.02, 10.0, "cost of vertices on a border"),
     )
+
+    def largest_cost(self, geometry: MeshGeometry) -> float:
+        return float(self.PARAMETERS[1].maximum)
 
     def compute_costs(self, mesh_map: MeshMap) -> np.ndarray:
         topology = mesh_map.topology
@@ -83,9 +88,13 @@ class SteepnessLayer(ThresholdLayer):
     """
 
     UNIT = "rad"
+    RELEASED_NAME = "steepness"
     PARAMETERS = (
         Parameter("threshold", 0.3, 0.01, 3.1415, "lethal above, in radians", affects_costs=False),
     )
+
+    def largest_cost(self, geometry: MeshGeometry) -> float:
+        return math.pi
 
     def compute_costs(self, mesh_map: MeshMap) -> np.ndarray:
         return _kernels._angles_to(mesh_map.vertex_normals, mesh_map.geometry.up)
@@ -109,6 +118,11 @@ class HeightDiffLayer(RadiusLayer):
         Parameter("include_vertex", True, description="the vertex itself counts, too"),
     )
     STATISTIC = "height_difference"
+    RELEASED_NAME = "height_diff"
+
+    def largest_cost(self, geometry: MeshGeometry) -> float:
+        """The size of the mesh: any way may be up in the program that stored it."""
+        return float(np.linalg.norm(np.ptp(geometry.vertices.astype(np.float64), axis=0)))
 
 
 class RoughnessLayer(RadiusLayer):
@@ -129,6 +143,10 @@ class RoughnessLayer(RadiusLayer):
         Parameter("include_vertex", False, description="the vertex itself counts, too"),
     )
     STATISTIC = "roughness"
+    RELEASED_NAME = "roughness"
+
+    def largest_cost(self, geometry: MeshGeometry) -> float:
+        return math.pi
 
 
 class RidgeLayer(RadiusLayer):
@@ -148,3 +166,4 @@ class RidgeLayer(RadiusLayer):
         Parameter("radius", 0.3, 0.01, 1.0, "radius of the neighborhood in meters"),
     )
     STATISTIC = "ridge"
+    RELEASED_NAME = "ridge"

@@ -254,6 +254,7 @@ class MeshMapServer:
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
         source = self._read(parameters.mesh_file, parameters.mesh_part, parameters.origin)
+        source.require_provenance = parameters.require_provenance
         self._stop_at_shutdown()
         mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
         mesh_map.layer_timeout = values[LAYER_TIMEOUT.name]
@@ -266,7 +267,11 @@ class MeshMapServer:
             self._topics.publish_costs(layer.name, layer.result.costs)
 
         mesh_map.compute_layers(
-            parameters.layers, self._progress, source.stored_costs, publish_layer
+            parameters.layers,
+            self._progress,
+            source.stored_costs,
+            publish_layer,
+            source.costs_on_trust,
         )
         if not (mesh_map.layers or mesh_map.layer_errors):
             _LOG.warning("the map has no layers: every vertex is free")

@@ -58,10 +58,13 @@ def load_map(
     progress = progress or (lambda share, what: None)
     progress(0.0, f"reading {parameters.mesh_file}")
     source = MapSource(parameters.mesh_file, parameters.mesh_part, parameters.origin)
+    source.require_provenance = parameters.require_provenance
     mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
     names = [parameter.name for parameter in SETTINGS]
     mesh_map.set_settings(**{name: configuration[name] for name in names if name in configuration})
-    mesh_map.compute_layers(parameters.layers, progress, source.stored_costs)
+    mesh_map.compute_layers(
+        parameters.layers, progress, source.stored_costs, on_trust=source.costs_on_trust
+    )
     if mesh_map.fault:
         raise MeshMapError(mesh_map.fault)
     for name, layer in mesh_map.layers.items():
