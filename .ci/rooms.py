@@ -66,7 +66,7 @@ PYTHON = {
         {"formats"},
         {"isolation"},
         {"map_file"},
-        {"map_file/writing"},
+        {"formats/clouds", "map_file/writing"},
         {"formats/dae", "formats/gltf", "formats/obj", "formats/ply", "map_file/reading"},
         {"formats/base", "map_file/hdf5"},
         {"checks", "files", "processes", "rendering", "verbs"},

@@ -1,7 +1,9 @@
 """Map files read in a process of their own: the same answers, and each accident is one error."""
+import contextlib
 import gc
 import inspect
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -521,3 +523,12 @@ def test_a_path_that_no_file_can_have_is_named():
         with pytest.raises(MapFileError) as caught:
             ask("/tmp/a\0b.h5")
         assert caught.value.code == "name"
+
+
+def test_files_that_it_writes_may_be_as_large_as_ours():
+    """What may be shared, 256 MB, is less."""
+    with contextlib.closing(isolated_map_file._Reader(None, None)) as reader:
+        limit = ("resource", "getrlimit")
+        for _ in range(2):  # also after an answer
+            found = reader.call("x", limit, [resource.RLIMIT_FSIZE], {})
+            assert found == resource.getrlimit(resource.RLIMIT_FSIZE)

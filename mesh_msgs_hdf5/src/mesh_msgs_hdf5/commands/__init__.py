@@ -23,6 +23,7 @@ VERBS: Dict[str, str] = {
     "labels": "labels",
     "parts": "parts",
     "repack": "repack",
+    "scans": "scans",
     "render": "render",
     "completion": "completion",
 }

@@ -48,7 +48,7 @@ complete -F _%(function)s_rosrun rosrun
 _ON_ITS_OWN = """_%(function)s() { _%(function)s_words 1; }
 complete -o default -F _%(function)s %(program)s
 """
-_FILES = ("file", "files", "input", "one", "other", "origin")
+_FILES = ("file", "files", "input", "one", "other", "origin", "clouds", "images")
 # options that name a part -> what may name the file that has it
 _PARTS = {
     "part": ("file", "input", "one", "files"),
@@ -59,6 +59,7 @@ _PARTS = {
 _UNQUOTED = re.compile(r"\\.|[#~?\[\]{}]", re.DOTALL)
 _SUFFIXES = ("h5", "hdf5", "ply", "obj", "stl", "off", "dae", "zae", "fbx", "3ds")
 _SUFFIXES += ("glb", "gltf", "json", "csv")
+_SUFFIXES += ("pcd", "png", "jpg", "jpeg")
 
 
 def bash_script(
@@ -116,7 +117,9 @@ def _quoted(match):
 
 def _set_completers(parser, files):
     """Give the arguments that are files, or names in a map file, what completes them."""
-    kind = next((kind for kind in ("label", "part") if " %ss " % kind in parser.prog), "layer")
+    kind = next(
+        (kind for kind in ("label", "part", "scan") if " %ss " % kind in parser.prog), "layer"
+    )
     for action in parser._actions:
         if isinstance(action.choices, dict):
             for below in action.choices.values():
@@ -127,7 +130,7 @@ def _set_completers(parser, files):
             action.completer = _Names("part", _PARTS[action.dest])
         elif action.dest == "view":
             action.completer = _views
-        elif action.nargs != 0 and action.dest in ("layer", "face", "name", "names", "old"):
+        elif action.nargs != 0 and action.dest in _NAMES_OF:
             action.completer = _Names("face" if action.dest == "face" else kind)
 
 
@@ -135,6 +138,9 @@ def _views(**_others: Any) -> List[str]:
     from mesh_msgs_hdf5.rendering.render_camera import VIEWS
 
     return list(VIEWS)
+
+
+_NAMES_OF = ("layer", "face", "name", "names", "old", "scan", "scans")
 
 
 class _Names:
@@ -148,6 +154,7 @@ class _Names:
         # in this process: it ends right after, however hostile the file is
         from mesh_msgs_hdf5.map_file import MapFile
         from mesh_msgs_hdf5.map_file.map_file import parts_of
+        from mesh_msgs_hdf5.map_file.scans import ScanFile
 
         given = vars(parsed_args)
         path = next((given[name] for name in self._files if given.get(name)), None)
@@ -156,6 +163,8 @@ class _Names:
         if not path:
             return []
         try:
+            if kind == "scan":
+                return ScanFile(path).names()
             if kind == "part":
                 return [part or "/" for part in parts_of(path)]
             file = MapFile(path, given.get("part"))

@@ -72,6 +72,8 @@ def _rows(summary):
         yield "journal", text % summary["unsaved_labels"]
     if summary["features"]:
         yield "features", "{count} with {dimensions} numbers each".format(**summary["features"])
+    if summary["scans"]["count"]:
+        yield "scans", "{count} with {points} points and {images} images".format(**summary["scans"])
     for other in summary["other_contents"]:
         yield "also", other
     source = dict(summary["source"])

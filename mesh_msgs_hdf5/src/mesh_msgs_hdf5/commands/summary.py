@@ -5,6 +5,7 @@ from typing import Any, Callable, Dict, Iterable, List, Optional
 import numpy as np
 
 from mesh_msgs_hdf5.formats.any_mesh import Members
+from mesh_msgs_hdf5.isolation import isolated
 from mesh_msgs_hdf5.labels.map_contents import open_map
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.label_names import split_label
@@ -24,6 +25,12 @@ def summarize(path: str, part: Optional[str] = None, fast: bool = False) -> Dict
         summary = _summary(file, fast and form == "HDF5", notes)
         summary["unsaved_labels"] = file.unsaved_count
         notes += list(file.notes) + file.label_notes
+    scans = isolated("scans", path) if form == "HDF5" else []
+    summary["scans"] = {
+        "count": len(scans),
+        "points": sum(scan.get("points", 0) for scan in scans),
+        "images": sum(len(scan.get("images", ())) for scan in scans),
+    }
     if form != "HDF5":
         summary["arrays_read"] = None
     head = {"path": os.fsdecode(path), "format": form, "file_bytes": os.stat(path).st_size}

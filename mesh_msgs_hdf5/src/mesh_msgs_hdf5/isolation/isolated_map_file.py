@@ -32,6 +32,11 @@ FUNCTIONS: Dict[str, Tuple[str, str]] = {
     "put_part": ("mesh_msgs_hdf5.map_file.part_changes", "put_part"),
     "delete_parts": ("mesh_msgs_hdf5.map_file.part_changes", "delete_parts"),
     "parts": ("mesh_msgs_hdf5.map_file.map_file", "parts_of"),
+    "scans": ("mesh_msgs_hdf5.map_file.scans", "scan_summaries"),
+    "check_scans": ("mesh_msgs_hdf5.map_file.scans", "check_scans"),
+    "add_scans": ("mesh_msgs_hdf5.map_file.scans", "add_scans"),
+    "delete_scans": ("mesh_msgs_hdf5.map_file.scans", "delete_scans"),
+    "extract_scans": ("mesh_msgs_hdf5.map_file.scans", "extract_scans"),
     "collada": ("mesh_msgs_hdf5.formats.dae.assimp", "scene_arrays"),
 }
 _USE_MAP_FILE = ("mesh_msgs_hdf5.isolation.isolated_calls", "use_map_file")

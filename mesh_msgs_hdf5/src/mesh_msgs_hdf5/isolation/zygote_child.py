@@ -11,7 +11,7 @@ import signal
 import socket
 import traceback
 import warnings
-from typing import Any, Dict, NoReturn, Optional, Tuple
+from typing import Any, Dict, Iterator, NoReturn, Optional, Tuple
 
 import numpy as np
 
@@ -224,7 +224,7 @@ def _prepare():
     # the file in memory is no memory of its own
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     most = MOST_SHARED if hard == resource.RLIM_INFINITY else min(MOST_SHARED, hard)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, hard))
     with contextlib.suppress(OSError), open("/proc/self/oom_score_adj", "w") as stream:
         stream.write("1000")
     # before version 1.25, NumPy says so when it has no memory for the result of a comparison
@@ -245,11 +245,24 @@ def _limit_memory(most):
 
 
 def _take_part(wire):
-    reply = _reply(wire.receive(_ANY_SIZE))
+    request = wire.receive(_ANY_SIZE)
+    with _large_files():
+        reply = _reply(request)
     try:
         wire.send(reply)
     except WireError as error:
         wire.send(["failed", "WireError: %s" % error])
+
+
+@contextlib.contextmanager
+def _large_files() -> Iterator[None]:
+    """While nothing is shared: a map that is written may be larger than what may be shared."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def _reply(request) -> Any:

@@ -1,5 +1,5 @@
 """Everything that is wrong or odd about a mesh file, as findings."""
-from typing import Any, Callable, Dict, List, Optional
+from typing import Any, Callable, Dict, Iterator, List, Optional
 
 import numpy as np
 from mesh_msgs.identity import geometry_uuid
@@ -48,7 +48,20 @@ def validate(
             place = one_line(name or "/") + ": "
             found = [finding._replace(where=place + finding.where) for finding in found]
         findings += found
+    if is_map:
+        progress("checking the scans")
+        findings += _scans(path)
     return sorted(findings, key=lambda finding: (ERROR, WARNING, NOTE).index(finding.level))
+
+
+def _scans(path) -> Iterator[MapFinding]:
+    try:
+        for code, name, message in isolated("check_scans", path):
+            # points that are not finite are how many sensors say that they saw nothing
+            level = NOTE if code == "not_finite" else ERROR
+            yield MapFinding(code, level, "scan " + one_line(name), one_line(message))
+    except MapFileError as error:
+        yield _error("scans", error)
 
 
 def _validate_part(path, part, progress) -> List[MapFinding]:

@@ -1,0 +1,1 @@
+"""Point clouds and poses in files: read and written block by block, however large they are."""
