@@ -7,10 +7,12 @@ import pytest
 
 from mesh_msgs_hdf5.checks.check import identical
 from mesh_msgs_hdf5.commands.mesh_tool import main
+from mesh_msgs_hdf5.formats.exporter import write_mesh
 from mesh_msgs_hdf5.isolation import isolated
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.labels.map_contents import read_map
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.map_file.scans import ScanFile
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
 README = Path(__file__).resolve().parents[2] / "README.md"
@@ -89,6 +91,9 @@ def a_map(path):
     MapFile.write_part(path, Mesh(vertices + 9, faces), "floor_3")
     with LabelStore(path) as store:
         store.set("wall_1", [1, 2])
+    cloud = path.with_name("cloud.ply")
+    write_mesh(cloud, mesh)
+    ScanFile(path).add([str(cloud)])
 
 
 def kept(found, wanted):
@@ -118,7 +123,7 @@ def surface(mesh):
     return np.array(sorted(np.array(turned).reshape(-1, 9).tolist()))
 
 
-def rows(found, wanted, parts):
+def rows(found, wanted, parts, scans):
     """Row of the table -> what is left of it."""
     same = np.array_equal(surface(found), surface(wanted))
     geometry = worst([kept(found.vertices, wanted.vertices), kept(found.faces, wanted.faces)])
@@ -145,6 +150,7 @@ def rows(found, wanted, parts):
         "frame": kept(found.frame_id, wanted.frame_id),
         "origin": kept(found.origin, wanted.origin),
         "`crs`": kept(found.crs, wanted.crs),
+        "scans": scans,
         "other parts": "exact" if "floor_3" in parts else "lost",
     }
 
@@ -170,8 +176,11 @@ def measured(tmp_path_factory):
         for line in (there, back):
             assert main((line.format(**names) + " -q").split()) == 0, line
         parts = isolated("parts", names["n"])
+        (scan,), found = ScanFile(path).names(), ScanFile(names["n"])
+        points = found.channel(scan) if found.names() else None
+        scans = kept(points, ScanFile(path).channel(scan))
         found, _ = read_map(names["n"], "mesh")
-        result[column] = rows(found, wanted, parts)
+        result[column] = rows(found, wanted, parts, scans)
     return result
 
 
