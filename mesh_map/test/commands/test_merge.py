@@ -136,7 +136,10 @@ def test_features_of_another_kind_are_left_out_by_the_name_of_their_mesh():
 
 
 def test_copies_along_seams_stay_copies():
-    meshes = [NamedMesh(str(i), mesh) for i, mesh in enumerate((seamed_map(8), full_map(5), seamed_map(6)))]
+    meshes = [
+        NamedMesh(str(i), mesh)
+        for i, mesh in enumerate((seamed_map(8), full_map(5), seamed_map(6)))
+    ]
     mesh, _ = merged(meshes)
     parts = [each.mesh for each in meshes]
     own = [len(part.parent_vertices) for part in parts]

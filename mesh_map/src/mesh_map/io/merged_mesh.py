@@ -1,7 +1,18 @@
 """One mesh of several, with all that they have."""
 
 import re
-from typing import Any, Callable, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import (
+    Any,
+    Callable,
+    Collection,
+    Dict,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+)
 
 import numpy as np
 from mesh_msgs_hdf5.formats.base.remap import take_vertices
@@ -188,7 +199,10 @@ def _joined(
                 notes.append(text.replace(": nan", ": unknown (NaN)"))
             if own != name:
                 owner = meshes[holders[0]].name
-                notes.append("%s %s of %s is %s: there is another one, of another type" % (what, name, owner, own))
+                notes.append(
+                    "%s %s of %s is %s: there is another one, of another type"
+                    % (what, name, owner, own)
+                )
     return found
 
 

@@ -22,8 +22,8 @@ def without_copies(mesh: Mesh) -> Mesh:
     """The parent of a mesh with copies: one vertex for each point of the surface, the same faces,
     and everything that these have but textures, which need the copies.
 
-    Normals, colors and attributes are those of the originals. Of costs the largest counts, and NaN before it
-    (SplitMesh.parent_vertex_values). A mesh without copies is returned as it is.
+    Normals, colors and attributes are those of the originals. Of costs the largest counts, and NaN
+    before it (SplitMesh.parent_vertex_values). A mesh without copies is returned as it is.
     """
     split = split_mesh(mesh)
     if split is None:
