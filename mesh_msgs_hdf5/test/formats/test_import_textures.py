@@ -320,8 +320,22 @@ def test_dae_texture_that_is_not_there(read):
     assert "left out: texture wall 1.png is not there" in report.notes
 
 
-def textured_dae():
-    """Two triangles with a material each; the first has a texture, all have normals and colors."""
+def test_dae_seams(read):
+    files = {"wall 1.png": image_bytes(IMAGE)}
+    mesh, report = read("a.dae", textured_dae(seam=True), files)
+    plain, _ = read("a.dae", textured_dae(seam=True), files, split_seams=False)
+    assert len(mesh.vertices) == 5 and len(mesh.seam_originals) == report.split == 1
+    assert mesh.parent_uuid == plain.uuid and not plain.textures and len(mesh.textures) == 1
+    assert np.array_equal(mesh.vertices[mesh.faces], SQUARE[TWO_FACES])
+    expected = np.array(UV, np.float32)[[[0, 1, 2], [1, 2, 3]]]
+    assert np.array_equal(mesh.texture_coordinates[mesh.faces], expected)
+
+
+def textured_dae(seam=False):
+    """Two triangles with a material each; the first has a texture, all have normals and colors.
+
+    seam: vertex 0 has other texture coordinates in the second one.
+    """
     text = dae(SQUARE, TWO_FACES)
     sources = ""
     for name, rows, names in (
@@ -346,7 +360,8 @@ def textured_dae():
         )
     lists = ""
     for material, face in zip(("wall", "red"), TWO_FACES):
-        corners = " ".join("%d 0 %d %d" % (i, i, i) for i in face)
+        moved = int(seam and material == "red")
+        corners = " ".join("%d 0 %d %d" % (i, i or moved, i) for i in face)
         lists += (
             '<triangles material="%s" count="1"><input semantic="VERTEX" source="#v" offset="0"/>'
             '<input semantic="NORMAL" source="#n" offset="1"/><input semantic="TEXCOORD" '
