@@ -230,6 +230,15 @@ def test_an_origin(utm_file, grid_file):
         plan(load_map(grid_file), (1, 1), (8, 8), origin=UTM)
 
 
+def test_layers_that_the_released_programs_stored(grid_file):
+    marked = np.linspace(0, 0.1, len(GRID.vertices)).astype(np.float32)
+    MapFile(str(grid_file)).write_layers({"height_diff": (marked, None)})
+    found = load_map(grid_file, STEPS).layers["steps"].result.costs
+    np.testing.assert_array_equal(found, marked)
+    computed = load_map(grid_file, dict(STEPS, require_provenance=True)).layers["steps"].result
+    assert not computed.costs.any()  # the grid is flat
+
+
 @pytest.mark.parametrize("planner", ["dijkstra", "wave_front", "exact"])
 def test_the_plan_of_a_robot(tmp_path, planner):
     """It keeps its radius from what is lethal, as that of a server with that robot does."""

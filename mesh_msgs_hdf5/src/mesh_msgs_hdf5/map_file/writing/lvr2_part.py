@@ -9,6 +9,7 @@ import h5py
 
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import is_dataset_of_this_file
 from mesh_msgs_hdf5.map_file.writing.object_writer import ObjectWriter, free
+from mesh_msgs_hdf5.map_file.writing.part_writer import PartWriter
 from mesh_msgs_hdf5.map_file.writing.texture_writer import LVR2_MATERIALS, TextureWriter
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -33,6 +34,8 @@ def write_lvr2_part(writer: ObjectWriter, file: h5py.File, part: str, mesh: Mesh
     for key, text in schema.LVR2_ATTRIBUTES.items():
         writer.attribute(group, key, text)
     writer.text(group, schema.LVR2_PART_OF, part or "/")
+    writer.text(group, schema.UUID, mesh.uuid)
+    PartWriter(writer, group).header(mesh.frame_id, mesh.origin, mesh.crs)
     channels = writer.group(group, schema.CHANNELS)
     stored = file["/" + part][schema.CHANNELS]
     for key in stored:
