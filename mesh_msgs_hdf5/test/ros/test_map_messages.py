@@ -9,6 +9,7 @@ from mesh_msgs import validation
 from server_samples import everything
 
 from mesh_msgs_hdf5.formats.any_mesh import MeshMembers
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Materials, Mesh
 from mesh_msgs_hdf5.ros.map_messages import (
     FACES,
@@ -108,6 +109,31 @@ def test_one_layer_is_read_alone(messages, source, mesh):
     assert message.type == "height_diff"
     expected = mesh.vertex_costs["height_diff"]
     np.testing.assert_array_equal(np.float32(message.mesh_vertex_costs.costs), expected)
+
+
+def test_vertex_attributes_that_a_message_can_carry_are_vertex_costs(mesh):
+    count = len(mesh.vertices)
+    ids = np.arange(count)
+    mesh.vertex_attributes = {
+        "class_id": ids.astype(np.uint8),
+        "echo": np.where(ids < 2, np.nan, 0.5).astype(np.float64),
+        "large": ids.astype(np.uint32) + np.uint32(2**24),
+        "pair": np.zeros((count, 2), np.float32),
+        "tenth": np.full(count, 0.1),
+    }
+    source = MeshMembers("a.h5", mesh)
+    messages = MapMessages(source, "some uuid", genpy.Time())
+    names = sorted(mesh.vertex_costs) + ["class_id", "echo"]
+    assert messages.vertex_cost_names() == names == messages.vertex_cost_names()
+    for name in ("large", "pair", "tenth"):
+        assert messages.vertex_costs(name) is None
+    for name in ("class_id", "echo"):
+        message = messages.vertex_costs(name)
+        costs = message.mesh_vertex_costs.costs
+        assert message.type == name and costs.dtype == np.float32
+        np.testing.assert_array_equal(costs, mesh.vertex_attributes[name])
+    with pytest.raises(MapFileError):
+        messages.vertex_costs("nothing")
 
 
 def test_only_face_attributes_that_are_costs_are_face_costs(messages, mesh):

@@ -354,3 +354,21 @@ def test_a_bad_label_is_refused(text, faces, words):
 def test_features_and_labels_are_those_of_the_file():
     assert isinstance(overlay().features, Features)
     assert isinstance(overlay().labels()["tree_1"], Label)
+
+
+@pytest.mark.parametrize("kind", ["whole", "sparse"])
+def test_a_vertex_attribute_is_not_replaced_by_a_layer(kind):
+    mesh = everything()
+    mesh.vertex_attributes = {"class_id": np.zeros(len(mesh.vertices), np.uint8)}
+    target = overlay(mesh)
+    if kind == "whole":
+        message = messages(target).vertex_costs("class_id")
+        receive = received.vertex_costs
+    else:
+        sparse = arrays.MeshVertexCostsSparse(np.uint32([0]), np.float32([1]), 0.0)
+        message = arrays.MeshVertexCostsSparseStamped(
+            uuid=target.uuid, type="class_id", mesh_vertex_costs=sparse
+        )
+        receive = received.vertex_costs_update
+    with pytest.raises(Refused, match="'class_id' is a vertex attribute of the map"):
+        receive(message, target)

@@ -21,6 +21,7 @@ from mesh_msgs.msg import (
 from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Float32, Header
 
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.layer_meaning import (
     ABOVE,
     AT_LEAST,
@@ -74,6 +75,7 @@ class MapMessages:
         self._frame_id = source.frame_id
         self._stamp = stamp
         self._stamps: Dict[Tuple[str, Hashable], genpy.Time] = {}
+        self._carried: Dict[str, bool] = {}  # vertex attributes that were looked at
         self._layer_infos: Dict[str, Optional[LayerInfo]] = {}  # those looked at; None: it has none
 
     def touch(self, member: str, key: Hashable, stamp: genpy.Time) -> None:
@@ -98,14 +100,39 @@ class MapMessages:
             mesh_vertex_colors=arrays.MeshVertexColors(rgba(self._source.vertex_colors)),
         )
 
-    def vertex_costs(self, name: str) -> arrays.MeshVertexCostsStamped:
-        """One layer."""
+    def vertex_costs(self, name: str) -> Optional[arrays.MeshVertexCostsStamped]:
+        """One layer, or a vertex attribute of one column of which float32 holds each number; None
+        for any other attribute: the message has no place for it."""
+        try:
+            costs = self._source.vertex_costs(name)
+        except MapFileError as error:
+            if error.code != "layer" or name not in self._source.vertex_attribute_names():
+                raise
+            values = self._source.vertex_attribute(name)
+            with np.errstate(all="ignore"):
+                costs = values.astype(np.float32)
+                exact = ((costs.astype(np.longdouble) == values) | (values != values)).all()
+            self._carried[name] = values.ndim == 1 and bool(exact)
+            if not self._carried[name]:
+                return None
         return arrays.MeshVertexCostsStamped(
             header=self._header("vertex_costs", name),
             uuid=self.uuid,
             type=name,
-            mesh_vertex_costs=arrays.MeshVertexCosts(self._source.vertex_costs(name)),
+            mesh_vertex_costs=arrays.MeshVertexCosts(costs),
         )
+
+    def vertex_cost_names(self) -> List[str]:
+        """The names of all that vertex_costs() has a message for; layers first."""
+        found = self._source.layer_names()
+        for name in self._source.vertex_attribute_names():
+            if name not in self._carried:
+                try:
+                    self.vertex_costs(name)
+                except MapFileError:  # whoever asks for it is told
+                    self._carried[name] = False
+            found += [name] if self._carried[name] else []
+        return found
 
     def layer_info(self) -> Optional[LayerInfoArray]:
         """What the values of those layers mean of which the map says it; None: of none."""

@@ -136,6 +136,16 @@ class MapOverlay:
         with self.lock:
             return self.source.layer_parameters(name)
 
+    def vertex_attribute_names(self) -> List[str]:
+        """Names of the vertex attributes, sorted."""
+        with self.lock:
+            return self.source.vertex_attribute_names()
+
+    def vertex_attribute(self, name: str) -> np.ndarray:
+        """(V,) or (V, C)."""
+        with self.lock:
+            return self.source.vertex_attribute(name)
+
     def face_attribute_names(self) -> List[str]:
         """Names of the face attributes, sorted."""
         with self.lock:

@@ -81,7 +81,7 @@ def _get_colors(served, _request):
 
 
 def _get_layers(served, _request):
-    return GetVertexCostLayersResponse(layers=served.overlay.layer_names())
+    return GetVertexCostLayersResponse(layers=served.messages.vertex_cost_names())
 
 
 def _get_costs(served, request):
@@ -94,7 +94,7 @@ def _layer(names):
 
 
 def _costs(served, names):
-    known = served.overlay.layer_names()
+    known = served.messages.vertex_cost_names()
     for name in names:
         if name in known:
             message = served.messages.vertex_costs(name)

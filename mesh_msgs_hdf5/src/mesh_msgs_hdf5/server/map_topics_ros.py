@@ -109,6 +109,7 @@ def _members(served: ServedMap) -> List[Tuple[str, Hashable]]:
     members: List[Tuple[str, Hashable]] = [("geometry", None)]
     members += [("vertex_colors", None)] * overlay.has_colors
     members += [("vertex_costs", name) for name in overlay.layer_names()]
+    members += [("vertex_costs", name) for name in overlay.vertex_attribute_names()]
     members += [("layer_info", None)]
     members += [("face_attributes", name) for name in overlay.face_attribute_names()]
     return members

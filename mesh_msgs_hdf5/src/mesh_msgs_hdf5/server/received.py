@@ -51,7 +51,7 @@ class Received:
 def vertex_costs(message: Any, target: Any) -> Received:
     """MeshVertexCostsStamped: a layer, which replaces one of that name and its parameters."""
     _check(validation.mesh_vertex_costs(message.mesh_vertex_costs, target.vertex_count))
-    _allowed(check_layer_name, target.path, message.type)
+    _check_layer(message, target)
     costs = _floats(message.mesh_vertex_costs.costs)
     return Received(Edit(vertex_costs={message.type: costs}), "vertex_costs", message.type)
 
@@ -64,7 +64,7 @@ def vertex_costs_update(message: Any, target: Any) -> Received:
     """
     sparse = message.mesh_vertex_costs
     _check(validation.mesh_vertex_costs_sparse(sparse, target.vertex_count))
-    _allowed(check_layer_name, target.path, message.type)
+    _check_layer(message, target)
     try:
         costs = np.array(target.vertex_costs(message.type))
     except MapFileError as error:
@@ -73,6 +73,15 @@ def vertex_costs_update(message: Any, target: Any) -> Received:
         costs = np.full(target.vertex_count, sparse.default_value, np.float32)
     costs[np.asarray(sparse.vertices, np.int64)] = _floats(sparse.costs)
     return Received(Edit(vertex_costs={message.type: costs}), "vertex_costs", message.type)
+
+
+def _check_layer(message, target):
+    _allowed(check_layer_name, target.path, message.type)
+    if message.type in target.vertex_attribute_names():
+        raise Refused(
+            "%r is a vertex attribute of the map (class ids, ...): a layer needs another name"
+            % message.type
+        )
 
 
 def face_costs(message: Any, target: Any) -> Received:
