@@ -94,6 +94,7 @@ def test_info_for_programs(square, tmp_path, capsys):
         "unsaved_labels": 0,
         "features": None,
         "seams": None,
+        "scans": {"count": 0, "points": 0, "images": 0},
         "source": file.source,
         "notes": [],
         "arrays_read": ["vertices", "layer cost", "layer none"],

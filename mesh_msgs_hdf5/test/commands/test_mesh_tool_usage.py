@@ -346,6 +346,7 @@ complete -p mesh_tool rosrun >&2
         ("mesh_tool layers delete missing.h5 s", []),
         ("mesh_tool parts r", ["rename"]),
         ("mesh_tool parts delete triangle.h5 m", ["mesh"]),
+        ("mesh_tool scans e", ["extract"]),
         ("mesh_tool info triangle.h5 --part ", ["mesh"]),
         ("mesh_tool validate triangle.h5 --part ", ["mesh"]),
         ("mesh_tool diff a.h5 triangle.h5 --other-part ", ["mesh"]),
