@@ -16,6 +16,7 @@ from server_samples import everything
 from std_msgs.msg import ColorRGBA, Float32
 
 from mesh_msgs_hdf5.formats.any_mesh import MeshMembers
+from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 from mesh_msgs_hdf5.ros.map_messages import (
     MapMessages,
@@ -372,3 +373,11 @@ def test_a_vertex_attribute_is_not_replaced_by_a_layer(kind):
         receive = received.vertex_costs_update
     with pytest.raises(Refused, match="'class_id' is a vertex attribute of the map"):
         receive(message, target)
+
+
+def test_a_file_that_cannot_be_read_now_keeps_no_layer_out(tmp_path):
+    """It may be there again when it is saved."""
+    target = MapOverlay(MapFile.write(tmp_path / "a.h5", everything()))
+    message = messages(target).vertex_costs("height_diff")
+    (tmp_path / "a.h5").rename(tmp_path / "away.h5")
+    assert list(received.vertex_costs(message, target).edit.vertex_costs) == ["height_diff"]

@@ -77,7 +77,13 @@ def vertex_costs_update(message: Any, target: Any) -> Received:
 
 def _check_layer(message, target):
     _allowed(check_layer_name, target.path, message.type)
-    if message.type in target.vertex_attribute_names():
+    if message.type in target.unsaved.vertex_costs:
+        return  # it was looked at before
+    try:
+        names = target.vertex_attribute_names()
+    except MapFileError:  # what is wrong with the file is said when it is saved
+        return
+    if message.type in names:
         raise Refused(
             "%r is a vertex attribute of the map (class ids, ...): a layer needs another name"
             % message.type
