@@ -14,6 +14,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 ABOUT_THE_FILE = {"path", "part", "parts", "schema", "schema_version", "stored_uuid", "strict"}
+ABOUT_THE_FILE.add("textures_form")
 
 
 def shuffled(mesh):

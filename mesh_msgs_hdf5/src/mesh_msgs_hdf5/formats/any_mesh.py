@@ -20,6 +20,7 @@ class MeshMembers:
     schema = ""
     schema_version = 0
     vertex_rounding = 0.0
+    textures_form = ""  # of a file
     notes: List[str] = []  # an import has its own, in a report
 
     def __init__(self, path: str, mesh: Mesh) -> None:
