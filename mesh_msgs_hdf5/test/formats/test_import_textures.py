@@ -281,9 +281,8 @@ def test_ply_whole_numbers_that_float32_does_not_hold(read):
     columns = xyz(SQUARE) + [("id", "i", [1, 2, 16777217, 4]), ("year", "H", [1, 2, 3, 65535])]
     mesh, report = read("a.ply", ply(columns, TWO_FACES))
     assert mesh.vertex_costs["year"].tolist() == [1, 2, 3, 65535] and len(mesh.vertex_costs) == 1
-    assert report.notes == [
-        "property id left out: 1 whole numbers do not fit float32, first 16777217 at vertex 2"
-    ]
+    assert mesh.vertex_attributes["id"].tolist() == [1, 2, 16777217, 4]
+    assert mesh.vertex_attributes["id"].dtype == np.int32 and report.notes == []
 
 
 def test_a_label_of_other_programs_stays_a_number(read):

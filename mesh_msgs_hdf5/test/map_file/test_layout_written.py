@@ -19,6 +19,12 @@ CHANNELS = {
     "channels/vertex_colors": ("|u1", (V, 3), {}),
     "channels/height_diff": ("<f4", (V, 1), {"parameters"}),
     "channels/Grün und weich": ("<f4", (V, 1), {}),
+    "channels/class_id": ("|u1", (V, 1), {}),
+    "channels/id": ("<u8", (V, 1), {}),
+    "channels/intensity": ("<f8", (V, 1), {"kind"}),
+    "channels/echo": ("<f4", (V, 1), {"kind"}),
+    "channels/SIFT": ("|i1", (V, 7), {"parameters"}),
+    "channels/flow": ("<f4", (V, 3), {"parameters"}),
 }
 OURS = {
     "face_attributes/cost": ("<f4", (F,), {"parameters"}),

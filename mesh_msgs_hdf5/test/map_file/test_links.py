@@ -320,7 +320,8 @@ def test_filters_that_are_not_known(whole):
 def test_links_of_a_class_that_nobody_knows(whole):
     """As h5py cannot make them, an external link is given another number."""
     with h5py.File(whole, "r+") as file:
-        del file["mesh/channels/vertex_normals"]
+        for name in ("SIFT", "class_id", "echo", "flow", "id", "intensity", "vertex_normals"):
+            del file["mesh/channels/" + name]  # of few names a group has no checksum
         file["mesh/channels"]["vertex_normals"] = h5py.ExternalLink("secret.h5", "/x")
     data = bytearray(whole.read_bytes())
     start = data.rindex(b"vertex_normals", 0, data.index(b"secret.h5\0"))
