@@ -10,7 +10,7 @@ from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.carried_mesh import carried_mesh
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.model.mesh import Label
+from mesh_msgs_hdf5.model.mesh import Label, Mesh
 from mesh_msgs_hdf5.model.seams import without_copies
 from verb_calls import call, said
 
@@ -180,3 +180,16 @@ def test_seams_of_textures_do_not_cut_what_is_made(tmp_path, capsys, line):
     weights = here @ np.linalg.inv(np.concatenate([corners, ones], axis=2))
     expected = weights @ parent.texture_coordinates[of_parent]
     assert np.abs(split.texture_coordinates[split.faces] - expected).max() < 1e-5
+
+
+def test_faces_that_touch_the_border_do_not_lie_across_it(tmp_path, capsys):
+    """Corners at the heights of the border, as float32 has them."""
+    x, z = (values.ravel() for values in np.meshgrid(np.arange(5.0), np.arange(11) / 10))
+    vertices = np.stack([x, 0 * x, z], 1).astype(np.float32)
+    corner = (np.arange(10)[:, None] * 5 + np.arange(4)).ravel()
+    faces = np.stack([corner, corner + 1, corner + 5], 1)
+    MapFile.write(tmp_path / "wall.h5", Mesh(vertices, faces.astype(np.uint32)))
+    for border, is_across in (("0.2,0.7", False), ("0.25,0.7", True), ("0.2,9", False)):
+        out = tmp_path / (border + ".h5")
+        value = said(capsys, "crop", tmp_path / "wall.h5", out, "--z", border)
+        assert any("lie across the border" in note for note in value["notes"]) == is_across, border

@@ -22,6 +22,8 @@ HELP = (
 )
 EXAMPLE = "mesh_tool crop hall.h5 room.h5 --box 0,0,-0.5,6,4,3"
 
+_ON_BORDER = 1e-6  # so near to it, in parts of the largest coordinate
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_in_and_out(parser)
@@ -98,9 +100,13 @@ def _region(arguments: argparse.Namespace) -> Region:
 
 
 def _across(mesh: Mesh, region: Region) -> int:
-    """How many faces have corners on both sides of the border."""
-    inside = region.contains(mesh.vertices)[mesh.faces]
-    return int(np.count_nonzero(inside.any(1) & ~inside.all(1)))
+    """How many faces have corners on both sides of the border, not only on it."""
+    margin = _ON_BORDER * (1 + np.abs(mesh.vertices).max())
+    wider = Region(region.low - margin, region.high + margin, region.polygon)
+    narrower = Region(region.low + margin, region.high - margin, region.polygon)
+    inside, outside = narrower.contains(mesh.vertices), ~wider.contains(mesh.vertices)
+    across = inside[mesh.faces].any(1) & outside[mesh.faces].any(1)
+    return int(np.count_nonzero(across))
 
 
 def _without_rest(mesh: Mesh, region: Region) -> Tuple[Mesh, List[str]]:
