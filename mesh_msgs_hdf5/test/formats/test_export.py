@@ -153,6 +153,7 @@ def test_collada_says_what_it_leaves_out(tmp_path, rich_mesh):
     _, notes, _ = again(tmp_path, rich_mesh, ".dae")
     assert [note.split(",")[0].replace("left out: ", "") for note in notes] == [
         "2 layers",
+        "6 vertex attributes",
         "4 face attributes",
         "9 labels",
         "12 texture features",

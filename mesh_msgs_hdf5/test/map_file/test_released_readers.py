@@ -46,7 +46,8 @@ def test_ros2_reads_what_is_converted_for_it(tmp_path, everything):
         (normals, mesh.vertex_normals),
     ):
         np.testing.assert_array_equal(found, expected)
-    assert sorted(layers) == sorted(mesh.vertex_costs)
+    # which takes any attribute of one column of float32 for a layer
+    assert sorted(layers) == sorted([*mesh.vertex_costs, "echo"])
     vertices, faces, costs, normals = mesh_map_of_ros2(target, "mesh", mesh.vertex_costs)
     np.testing.assert_array_equal(vertices, mesh.vertices)
     np.testing.assert_array_equal(faces, mesh.faces)

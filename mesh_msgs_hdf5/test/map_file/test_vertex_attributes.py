@@ -1,5 +1,7 @@
 """Numbers of vertices that are no costs: of any type, in any number of columns."""
 import h5py
+from pathlib import Path
+
 import numpy as np
 import pytest
 from mesh_msgs import zoo
@@ -111,10 +113,10 @@ def test_a_layer_and_an_attribute_have_different_names(file, edit):
     ],
 )
 def test_bad_values_are_refused(file, values, code):
-    before = open(file.path, "rb").read()
+    before = Path(file.path).read_bytes()
     with pytest.raises(MapFileError, match="vertex attribute x") as refused:
         file.update(Edit(vertex_attributes={"x": values}))
-    assert refused.value.code == code and open(file.path, "rb").read() == before
+    assert refused.value.code == code and Path(file.path).read_bytes() == before
 
 
 def test_names_of_things_are_not_mixed_on_a_derived_mesh():
