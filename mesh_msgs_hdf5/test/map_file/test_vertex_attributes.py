@@ -1,7 +1,7 @@
 """Numbers of vertices that are no costs: of any type, in any number of columns."""
-import h5py
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from mesh_msgs import zoo
