@@ -138,11 +138,13 @@ def test_materials_wait_for_their_textures(served, tmp_path):
     _, waits = served.save()
     assert "wait for the textures" in waits
     assert [found.topic for found in served.pending.take_stored()] == [COSTS]
-    assert [found.topic for found in served.pending.take_waiting(waits)] == ["store/materials"]
+    store(served, received.vertex_costs, layer_message("newer", 1.0), COSTS)  # does not wait
+    told = served.pending.take_waiting(waits, "materials")
+    assert [found.topic for found in told] == ["store/materials"]
     for index in textured.textures:
         texture = messages.texture(index)
         texture.texture_index += 100
         store(served, received.texture, texture, "store/texture")
     served.save()
     topics = sorted(found.topic for found in served.pending.take_stored())
-    assert topics == ["store/materials"] + ["store/texture"] * len(textured.textures)
+    assert topics == ["store/materials"] + ["store/texture"] * len(textured.textures) + [COSTS]

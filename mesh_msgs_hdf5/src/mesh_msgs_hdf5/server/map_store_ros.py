@@ -204,7 +204,7 @@ class MapStore:
                     done, waits = save()
                     if waits:
                         failed.append("%s: %s" % (served.target, waits))
-                        self._tell_waiting(served, waits)
+                        self._tell_waiting(served, waits, "materials")
                     if done:
                         seconds = time.monotonic() - started
                         saved.append("saved %s to %s in %.2f s" % (done, served.target, seconds))
@@ -232,6 +232,6 @@ class MapStore:
         self.unsaved = failed
         return saved, failed
 
-    def _tell_waiting(self, served: ServedMap, why: str) -> None:
-        for sent in served.pending.take_waiting(why):
+    def _tell_waiting(self, served: ServedMap, why: str, of: Optional[str] = None) -> None:
+        for sent in served.pending.take_waiting(why, of):
             self.results.waiting(served.uuid, *sent, why)

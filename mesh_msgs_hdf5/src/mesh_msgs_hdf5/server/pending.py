@@ -1,6 +1,6 @@
 """Which received messages are served, but not in the file yet."""
 import threading
-from typing import Any, Collection, Dict, List, NamedTuple, Set, Tuple
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Set, Tuple
 
 import genpy
 
@@ -58,13 +58,13 @@ class Pending:
             stored, self._stored = self._stored, []
         return stored
 
-    def take_waiting(self, why: str) -> List[Sent]:
-        """Those that cannot be saved now; each once for each reason."""
+    def take_waiting(self, why: str, of: Optional[str] = None) -> List[Sent]:
+        """Those (of: of this member alone) that cannot be saved now; each once for each reason."""
         with self._lock:
             waiting = [
                 sent
-                for key, (_, sent) in self._newest.items()
-                if why not in self._told.get(key, ())
+                for key, (member, sent) in self._newest.items()
+                if of in (None, member) and why not in self._told.get(key, ())
             ]
             for sent in waiting:
                 self._told.setdefault(sent[:2], set()).add(why)
