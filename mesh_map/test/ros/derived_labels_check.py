@@ -14,6 +14,7 @@ import rostest
 from map_node import WAIT, Subscriber, start_node
 from mesh_map.io.map_source import MapSource
 from mesh_msgs import array_services, arrays
+from mesh_msgs.msg import StoreResult
 from mesh_msgs.srv import GetLabelColors, GetLabelGroups, SetLabelColor
 from mesh_msgs.testing import wait_until
 from mesh_msgs.world.solids import floor
@@ -90,15 +91,16 @@ class DerivedLabelsTest(unittest.TestCase):
         mine, derived = "/edited", self.derived
         self.assertEqual(self.labels(mine, derived.uuid), {"wall_1": self.parts(1)})
         publisher = self.publisher(mine + "/cluster_label")
-        sent = Subscriber(OWNER + "/cluster_label", arrays.MeshFaceClusterStamped)
-        self.addCleanup(sent.unregister)
+        results = Subscriber(OWNER + "/store/result", StoreResult)  # of all that it is sent
+        self.addCleanup(results.unregister)
+        self.assertTrue(results.connected())
         some = self.parts(2)[3:5]
         self.edit(publisher, derived.uuid, "", some)  # no label: not even sent, nobody waits
         self.edit(publisher, derived.uuid, "tree_1", some)
         self.assertTrue(wait_until(lambda: "tree_1" in self.labels(OWNER)))
         self.assertEqual(self.labels(OWNER), {"tree_1": [2], "wall_1": [1]})
-        self.assertTrue(wait_until(lambda: sent.messages))
-        self.assertEqual([each.cluster.label for each in sent.messages], ["tree_1"])
+        self.assertTrue(wait_until(lambda: results.messages))
+        self.assertEqual([each.name for each in results.messages], ["tree_1"])
         self.assertTrue(wait_until(lambda: self.told.messages))
         self.assertEqual(self.told.messages[0].label, "tree_1")
         self.assertEqual(self.told.messages[0].face_indices.tolist(), self.parts(2))
