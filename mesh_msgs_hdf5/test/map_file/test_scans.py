@@ -354,3 +354,11 @@ def test_the_verb(file, tmp_path, capsys):
     assert file.names() == ["position_00001"]
     code, out, err = run("scans", "delete", path, "position_7")
     assert code == 1 and err.count("\n") == 1 and "there is no scan 'position_7'" in err
+
+
+@pytest.mark.parametrize("numbers", ["1,2,x,4", "1,2,3", ""])
+def test_numbers_of_a_camera_that_are_none(file, capsys, numbers):
+    with pytest.raises(SystemExit) as ended:
+        main(["scans", "add", file.path, "a.pcd", "--intrinsics", numbers])
+    assert ended.value.code == 2
+    assert "invalid four numbers fx,fy,cx,cy value" in capsys.readouterr().err

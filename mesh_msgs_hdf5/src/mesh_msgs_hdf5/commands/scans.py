@@ -39,7 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _numbers(text):
-    return [float(word) for word in text.split(",")]
+    fx, fy, cx, cy = text.split(",")
+    return [float(word) for word in (fx, fy, cx, cy)]
+
+
+_numbers.__name__ = "four numbers fx,fy,cx,cy"  # of the error
 
 
 def run(arguments: argparse.Namespace) -> int:
