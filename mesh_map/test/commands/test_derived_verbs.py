@@ -6,6 +6,7 @@ from full_map import full_map, seamed_map
 from mesh_map.geometry.crop import Region, crop
 from mesh_map.geometry.refinement import refine
 from mesh_map.io.map_source import MapSource
+from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.carried_mesh import carried_mesh
@@ -50,7 +51,8 @@ def test_refine_carries_all(path, tmp_path, capsys):
         mesh.materials.face_materials, parent.materials.face_materials[derived.face_parents]
     )
     assert (mesh.frame_id, mesh.crs, mesh.origin) == (parent.frame_id, parent.crs, parent.origin)
-    assert mesh.layer_parameters.get("x", {}) == {}  # other values would be computed here
+    # other values would be computed here
+    assert mesh.layer_parameters == {"x": {"carried_by": "refinement"}}
     assert mesh.source["derived"] == "refinement" and mesh.source["parent_uuid"] == parent.uuid
     MapSource(str(out)).make_map()  # as a node loads it
 
@@ -193,3 +195,32 @@ def test_faces_that_touch_the_border_do_not_lie_across_it(tmp_path, capsys):
         out = tmp_path / (border + ".h5")
         value = said(capsys, "crop", tmp_path / "wall.h5", out, "--z", border)
         assert any("lie across the border" in note for note in value["notes"]) == is_across, border
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["refine", "{f}", "{o}", "--max-edge-length", "0.06"],
+        ["crop", "{f}", "{o}", "--box", "0.3,0.2,-9,0.8,0.9,9"],
+        ["merge", "{f}", "{f}", "{o}"],
+        ["import", "{f}", "{o}", "--scale", "0.1"],
+    ],
+)
+def test_layers_of_another_geometry_are_not_taken_on_trust(tmp_path, capsys, line):
+    """Also where the file that they come from did not say how they were computed."""
+    mesh = full_map()
+    mesh.vertex_costs = {"height_diff": np.full(len(mesh.vertices), 0.0123, np.float32)}
+    mesh.layer_parameters = {}
+    MapFile.write(tmp_path / "a.h5", mesh)
+    names = {"f": tmp_path / "a.h5", "o": tmp_path / "b.h5"}
+    words = [word.format(**names) for word in line]
+    if line[0] == "import":
+        assert main(words) == 0
+    else:
+        said(capsys, *words)
+    source = MapSource(str(names["o"]))
+    mesh_map = source.make_map()
+    layer = {"name": "height_diff", "type": "mesh_layers/HeightDiffLayer"}
+    mesh_map.compute_layers([layer], stored=source.stored_costs, on_trust=source.costs_on_trust)
+    costs = mesh_map.layers["height_diff"].result.costs
+    assert not (costs == np.float32(0.0123)).any()

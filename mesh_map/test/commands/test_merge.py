@@ -48,7 +48,7 @@ def test_all_of_each_is_there(maps, tmp_path, capsys):
     assert np.allclose(np.linalg.norm(mesh.vertex_normals[w:], axis=1), 1, atol=1e-4)
     costs = mesh.vertex_costs["x"]
     assert np.array_equal(costs[v:w], two.vertex_costs["x"], equal_nan=True)
-    assert np.isnan(costs[w:]).all() and not mesh.layer_parameters.get("x")
+    assert np.isnan(costs[w:]).all() and mesh.layer_parameters == {"x": {"carried_by": "merge"}}
     attributes = mesh.face_attributes
     assert np.array_equal(attributes["number"][:f], one.face_attributes["number"])
     assert np.array_equal(attributes["number_2"][f:g], two.face_attributes["number"])

@@ -118,7 +118,7 @@ def test_a_map_is_moved_with_its_origin_and_features(tmp_path):
     assert np.allclose(moved.vertices + np.array(moved.origin), exact, rtol=0, atol=1e-4)
     places = moved.features.locations + np.array(moved.origin)
     assert np.allclose(places, exact[:2], rtol=0, atol=1e-4)
-    assert list(moved.vertex_costs) == ["a"] and not moved.layer_parameters
+    assert list(moved.vertex_costs) == ["a"] and set(moved.layer_parameters["a"]) == {"carried_by"}
 
 
 def test_a_file_of_ours_with_an_origin(tmp_path):

@@ -13,7 +13,7 @@ from mesh_msgs_hdf5.commands.map_output import (
     saved_line,
     saved_value,
 )
-from mesh_msgs_hdf5.model.carried_mesh import carried_mesh
+from mesh_msgs_hdf5.model.carried_mesh import carried_mesh, carried_parameters
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.model.seams import split_mesh
 
@@ -55,6 +55,7 @@ def carried(
         originals, of_split = derived_with_copies(split, derived)
         result = carried_mesh(mesh, of_split)
         result = replace(result, seam_originals=originals if len(originals) else None)
+    result.layer_parameters = carried_parameters(result.vertex_costs, kind)
     result.source = {
         "derived": kind,
         "parameters": dict(parameters),

@@ -16,6 +16,7 @@ from typing import (
 
 import numpy as np
 from mesh_msgs_hdf5.formats.base.remap import take_vertices
+from mesh_msgs_hdf5.model.carried_mesh import carried_parameters
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
 from mesh_map.base.errors import MeshMapError
@@ -78,6 +79,7 @@ def merged(meshes: Sequence[NamedMesh]) -> Tuple[Mesh, List[str]]:
     mesh.texture_coordinates = _filled(meshes, "texture_coordinates", "0", _zeros, notes)
     layers = [each.mesh.vertex_costs for each in meshes]
     mesh.vertex_costs = _joined(meshes, layers, counts, "layer", notes)
+    mesh.layer_parameters = carried_parameters(mesh.vertex_costs, "merge")
     taken = set(mesh.vertex_costs)
     own = [each.mesh.vertex_attributes for each in meshes]
     mesh.vertex_attributes = _joined(meshes, own, counts, "vertex attribute", notes, taken)

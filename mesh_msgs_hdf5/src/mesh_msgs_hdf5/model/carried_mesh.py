@@ -1,5 +1,5 @@
 """All that is known of a mesh, on a mesh that was made of it."""
-from typing import Any, Optional
+from typing import Any, Dict, Iterable, Optional
 
 import numpy as np
 from mesh_msgs.derived_mesh import DerivedMesh
@@ -51,6 +51,12 @@ def carried_mesh(mesh: Mesh, derived: DerivedMesh) -> Mesh:
         origin=mesh.origin,
         crs=mesh.crs,
     )
+
+
+def carried_parameters(names: Iterable[str], by: str) -> Dict[str, Dict[str, Any]]:
+    """Layer name -> parameters of layers that were computed on another mesh: never those of a
+    computation, and not none, which would be those of a file that is silent and may be trusted."""
+    return {name: {"carried_by": by} for name in names}
 
 
 def carried_attribute(values: np.ndarray, derived: DerivedMesh) -> np.ndarray:

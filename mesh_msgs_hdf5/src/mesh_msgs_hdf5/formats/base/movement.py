@@ -5,6 +5,7 @@ from typing import Optional, Tuple
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.report import ImportReport
+from mesh_msgs_hdf5.model.carried_mesh import carried_parameters
 from mesh_msgs_hdf5.model.mesh import Features, Mesh
 
 Origin = Tuple[float, float, float]
@@ -54,7 +55,9 @@ def move_rest(mesh: Mesh, matrix: np.ndarray, before: Origin, report: ImportRepo
         moved, _ = moved_positions(absolute, (0.0, 0.0, 0.0), matrix)
         places = (moved - np.array(mesh.origin)).astype(np.float32)
         mesh.features = Features(places, mesh.features.descriptors)
-    mesh.layer_parameters, mesh.face_parameters = {}, {}  # of another geometry
+    # what they were computed with was another geometry
+    mesh.layer_parameters = carried_parameters(mesh.vertex_costs, "a movement of the mesh")
+    mesh.face_parameters = {}
 
 
 def parsed_matrix(text: str) -> Optional[np.ndarray]:
