@@ -114,7 +114,7 @@ class ServeEverything(unittest.TestCase):
         self.assertEqual(self.two.call("get_uuid", srv.GetUUIDs).uuids, [MAP.uuid, OTHER.uuid])
         with self.assertRaises(rospy.ServiceException):  # another type is refused, as ever
             self.one.call("get_uuid", srv.GetGeometry)
-        (line,) = self.one.logged("md5sums do not match")
+        line = self.one.wait_for("md5sums do not match")
         self.assertIn(srv.GetGeometry._md5sum, line)
 
     def test_geometry_services(self):
@@ -205,10 +205,10 @@ class ServeEverything(unittest.TestCase):
             with self.assertRaisesRegex(rospy.ServiceException, "several.*" + ", ".join(uuids)):
                 self.two.call("get_geometry", srv.GetGeometry, uuid)
         for name in ("broken.h5", "crasher.h5"):  # libhdf5 itself crashes on the second
-            (line,) = self.two.logged(name)
-            self.assertIn("ERROR", line)
-        (line,) = self.two.logged("is not served")
-        self.assertIn("a UUID stands for one map", line)
+            self.assertIn("ERROR", self.two.wait_for(name))
+            self.assertEqual(len(self.two.logged(name)), 1)
+        self.assertIn("a UUID stands for one map", self.two.wait_for("is not served"))
+        self.assertEqual(len(self.two.logged("is not served")), 1)
 
     def test_what_is_unknown_is_an_error_that_names_the_known(self):
         for name, kind, more in (

@@ -69,7 +69,8 @@ class Server:
         return [line for line in self.lines if words in line]
 
     def wait_for(self, words):
-        wait_until(lambda: self.logged(words), "%r in the log" % words)
+        """The first line with these words: what a client sees may come before its log line."""
+        return wait_until(lambda: self.logged(words), "%r in the log" % words)[0]
 
     def call(self, name, kind, *arguments):
         return rospy.ServiceProxy(self.namespace + "/" + name, kind)(*arguments)

@@ -232,8 +232,8 @@ class StoreInAMap(unittest.TestCase):
         MapFile.write(self.path, MAP)
         first = self.serve(space="/first")
         second = self.serve(space="/second")
-        second.wait_for("its labels belong to /store/")
-        self.assertIn(first.namespace + "/hdf5_map_server", second.logged("belong to")[0])
+        line = second.wait_for("its labels belong to /store/")
+        self.assertIn(first.namespace + "/hdf5_map_server", line)
         stored = self.store_label(second, labeled("tree_1", [8], override=False), "/second")
         self.assertEqual(list(stored.face_indices), [0, 2, 8])
         gone = second.call("delete_label", srv.DeleteLabel, "", "tree_2").cluster
