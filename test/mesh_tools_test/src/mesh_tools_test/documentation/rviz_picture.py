@@ -1,0 +1,36 @@
+"""A picture of RViz for a page: on a virtual screen, with a configuration, as soon as it is still."""
+import argparse
+import os
+from pathlib import Path
+
+import numpy as np
+from osmesa_harness.back_ends import BackEnd, environment_of
+
+from mesh_tools_test.demo.processes import process
+from mesh_tools_test.demo.screenshot import settled_picture
+
+
+def without_screen(picture):
+    """A picture of the screen without what of it lies beside the window: black at its lower and
+    right edge."""
+    drawn = np.asarray(picture).any(axis=2)
+    height, width = (np.flatnonzero(drawn.any(axis=axis)).max(initial=0) + 1 for axis in (1, 0))
+    return picture.crop((0, 0, int(width), int(height)))
+
+
+def main():
+    """Run RViz with a configuration, save what the screen shows once it does not change."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("config", type=Path, help=".rviz file")
+    parser.add_argument("picture", type=Path, help="PNG to write")
+    options = parser.parse_args()
+    with environment_of(BackEnd.OSMESA_X, os.environ) as environment:
+        command = ["rviz", "--disable-anti-aliasing", "-d", str(options.config.resolve())]
+        logs = options.picture.resolve().parent / "logs"
+        with process("rviz", command, logs, environment) as rviz:
+            picture = settled_picture(environment, rviz)
+    without_screen(picture).save(options.picture)
+
+
+if __name__ == "__main__":
+    main()
