@@ -1,6 +1,7 @@
 """A picture of RViz for a page: on a virtual screen, with a configuration, as soon as it is still."""
 import argparse
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,9 @@ from osmesa_harness.back_ends import BackEnd, environment_of
 
 from mesh_tools_test.demo.processes import process
 from mesh_tools_test.demo.screenshot import settled_picture
+
+
+LEAST = (800, 600)  # pixels; what is smaller is a dialog
 
 
 def without_screen(picture):
@@ -29,7 +33,10 @@ def main():
         logs = options.picture.resolve().parent / "logs"
         with process("rviz", command, logs, environment) as rviz:
             picture = settled_picture(environment, rviz)
-    without_screen(picture).save(options.picture)
+    picture = without_screen(picture)
+    picture.save(options.picture)
+    if picture.width < LEAST[0] or picture.height < LEAST[1]:
+        sys.exit(f"{options.picture}: {picture.width} x {picture.height} pixels: no RViz is seen")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
 """A terminal as the reader of a tutorial has one: a bash that lives as long as the page."""
+import contextlib
 import os
 import shlex
 import signal
@@ -38,7 +39,7 @@ class Terminal:
         self._changed = threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
-        self._write("set -euo pipefail")
+        self._write("set -eo pipefail")
 
     def _read(self):
         data = b"begin"
@@ -100,7 +101,8 @@ class Terminal:
             if _is_gone(self._process, patience):
                 break
         self._process.wait()
-        self._process.stdin.close()
+        with contextlib.suppress(BrokenPipeError):  # what is not written yet
+            self._process.stdin.close()
         self._reader.join(_PATIENCE)
         self._process.stdout.close()
         self._blocks.cleanup()

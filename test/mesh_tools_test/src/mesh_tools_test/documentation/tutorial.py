@@ -10,7 +10,7 @@ A page is Markdown as MyST reads it (the site is built by the same parser). What
 * a fence `text`: each of its lines is in what the commands before it have printed, where `…` stands
   for anything;
 * a comment `% run: COMMAND`: a command that a reader need not see (what he looks at, waits for, or
-  sees in RViz).
+  sees in RViz); `% type NAME: COMMAND`: one in another terminal.
 
 Other fences are shown alone.
 """
@@ -24,7 +24,7 @@ from myst_parser.parsers.mdit import create_md_parser
 
 MAIN = ""  # the terminal that a page begins with
 PICTURES = "pictures/"  # where pages look for the pictures that their runs make
-_HIDDEN = "run:"
+_HIDDEN = re.compile(r"\s*(?:run|type (?P<terminal>\w+)): *(?P<command>.+)")
 _CAPTION = ":caption:"
 _TERMINAL = re.compile(r"(.+) terminal$", re.IGNORECASE)
 
@@ -100,8 +100,11 @@ def _steps(token):
     line = token.map[0] + 1 if token.map else 0
     if token.type == "myst_line_comment":
         for offset, comment in enumerate(token.content.splitlines()):
-            if comment.strip().startswith(_HIDDEN):
-                yield Step(line + offset, "run", comment.strip()[len(_HIDDEN) :].strip() + "\n")
+            hidden = _HIDDEN.match(comment)
+            if hidden:
+                command, terminal = hidden.group("command") + "\n", hidden.group("terminal")
+                kind = "type" if terminal else "run"
+                yield Step(line + offset, kind, command, terminal or MAIN)
     elif token.type == "fence":
         directive = re.match(r"\{code-block\}\s*(\w+)", token.info)
         if directive:
