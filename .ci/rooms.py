@@ -83,7 +83,7 @@ PYTHON = {
         {"", "base"},
     ],
     "mesh_tools_test": [
-        {"faults", "screen"},
+        {"faults", "screen", "tutorials"},
         {"demo"},
         {"driving", "layers", "planning", "spatial", "display"},
         {"", "base"},

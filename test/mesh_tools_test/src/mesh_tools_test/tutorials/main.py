@@ -3,8 +3,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from mesh_tools_test.documentation.tutorial import TutorialError, read_tutorial
-from mesh_tools_test.documentation.tutorial_run import run_tutorial
+from mesh_tools_test.tutorials.tutorial import TutorialError, read_tutorial
+from mesh_tools_test.tutorials.tutorial_run import run_tutorial
 
 
 def main():

@@ -4,9 +4,9 @@ A page is Markdown as MyST reads it (the site is built by the same parser). What
 
 * a fence `bash`: commands that are typed into the terminal;
 * a fence `python`: a program that is typed into Python there;
-* a directive `{code-block} LANGUAGE` with a caption: a file of that name; of the language bash, with
-  a caption `NAME terminal`: commands that are typed into another terminal, where they stay in the
-  foreground (a node that runs until the end of the page);
+* a directive `{code-block} LANGUAGE` with a caption: a file of that name; with a caption `NAME
+  terminal`: commands that are typed into another terminal, where they stay in the foreground (a
+  node that runs until the end of the page);
 * a fence `text`: each of its lines is in what the commands before it have printed, where `…` stands
   for anything;
 * a comment `% run: COMMAND`: a command that a reader need not see (what he looks at, waits for, or

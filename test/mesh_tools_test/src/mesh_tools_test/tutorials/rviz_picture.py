@@ -1,4 +1,4 @@
-"""A picture of RViz for a page: on a virtual screen, with a configuration, as soon as it is still."""
+"""A picture of RViz for a page: on a virtual screen, as soon as it is still."""
 import argparse
 import os
 import sys

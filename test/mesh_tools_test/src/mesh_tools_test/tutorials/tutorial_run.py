@@ -6,8 +6,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from mesh_tools_test.demo.processes import free_port
-from mesh_tools_test.documentation.terminal import Terminal
-from mesh_tools_test.documentation.tutorial import MAIN, Tutorial, TutorialError, line_pattern
+from mesh_tools_test.tutorials.terminal import Terminal
+from mesh_tools_test.tutorials.tutorial import MAIN, Tutorial, TutorialError, line_pattern
 
 PATIENCE = 240.0  # seconds for one block; far more than it takes
 _LAST_LINES = 60  # of a terminal, that are told after a failure

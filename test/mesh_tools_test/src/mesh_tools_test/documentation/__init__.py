@@ -1,1 +1,0 @@
-"""The site below docs/: its tutorials, which are run, and its reference, which is made of the code."""

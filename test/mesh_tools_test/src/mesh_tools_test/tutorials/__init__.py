@@ -1,0 +1,1 @@
+"""Tutorials of the site below docs/, done as they stand on their pages."""
