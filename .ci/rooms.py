@@ -85,7 +85,7 @@ PYTHON = {
     "mesh_tools_test": [
         {"faults", "screen", "tutorials"},
         {"demo"},
-        {"driving", "layers", "planning", "spatial", "display"},
+        {"driving", "layers", "planning", "spatial", "display", "documentation"},
         {"", "base"},
     ],
     "osmesa_harness": [{""}],
