@@ -92,7 +92,7 @@ def check_output(source: Optional[str], target: str, force: bool, suffixes=MAP_S
     if source is not None:
         read_head(source)
         if os.path.exists(target) and os.path.samefile(source, target):
-            raise MapFileError("exists", target, "IN and OUT are the same file", "")
+            raise MapFileError("exists", target, "IN and OUT are the same file", "name another OUT")
 
 
 def add_classes(parser: argparse.ArgumentParser) -> None:

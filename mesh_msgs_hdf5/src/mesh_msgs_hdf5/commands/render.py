@@ -97,7 +97,12 @@ def run(arguments: argparse.Namespace) -> int:
         progress.stage("reading " + arguments.file)
         file = open_map(arguments.file, arguments.part).members
         if not file.face_count:
-            raise MapFileError("no_faces", arguments.file, "the mesh has no faces to draw", "")
+            raise MapFileError(
+                "no_faces",
+                arguments.file,
+                "the mesh has no faces to draw",
+                "mesh_tool info says what it has",
+            )
         mesh, what, name = _mesh(file, arguments)
         paint = None
         if not arguments.ids:

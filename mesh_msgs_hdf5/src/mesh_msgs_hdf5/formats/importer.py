@@ -160,7 +160,12 @@ def read_mesh(
         else:
             mesh = _from_format(path, kind, chosen, report)
     except MemoryError as error:
-        raise MapFileError("size", path, "there is not enough memory to read it", "") from error
+        raise MapFileError(
+            "size",
+            path,
+            "there is not enough memory to read it",
+            "export a part of it, or use a machine with more",
+        ) from error
     report.count(mesh)
     return mesh, report
 

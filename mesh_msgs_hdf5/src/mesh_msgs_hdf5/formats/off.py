@@ -100,7 +100,10 @@ def _lines(path, data) -> Tuple[_Head, List[bytes]]:
     coordinates, colors, normals, four, many = (bool(group) for group in found.groups())
     if four or many:
         raise MapFileError(
-            "format", path, "its vertices have not three dimensions (%s)" % found[0].decode(), ""
+            "format",
+            path,
+            "its vertices have not three dimensions (%s)" % found[0].decode(),
+            "save it as OFF",
         )
     lines = [line for line in text[found.end() :].split(b"\n") if line and not line.isspace()]
     if lines and lines[0].split()[0].upper() == b"BINARY":
@@ -180,7 +183,10 @@ def _faces(path, lines):
     wrong = np.flatnonzero(corners != np.floor(corners))
     if len(wrong):
         raise MapFileError(
-            "index", path, "vertex index %s is no whole number" % corners[wrong[0]], ""
+            "index",
+            path,
+            "vertex index %s is no whole number" % corners[wrong[0]],
+            "export the mesh again where it was made",
         )
     behind = lengths - 1 - counts
     colors = None

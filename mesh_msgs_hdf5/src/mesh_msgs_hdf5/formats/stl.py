@@ -72,7 +72,10 @@ def _ascii(path, data, report):
     facets, words = text.count(b"endfacet"), _VERTEX.findall(text)
     if len(words) != 3 * facets:
         raise MapFileError(
-            "format", path, "%d facets have %d corners, not three each" % (facets, len(words)), ""
+            "format",
+            path,
+            "%d facets have %d corners, not three each" % (facets, len(words)),
+            "is the file damaged?",
         )
     solids = text.count(b"endsolid")
     if solids > 1:

@@ -215,7 +215,10 @@ class LabelEdits:
                 return label
             elif len(self._names) >= MAX_LABELS:
                 raise MapFileError(
-                    "size", self.path, "it has %d labels, no more are read" % MAX_LABELS, ""
+                    "size",
+                    self.path,
+                    "it has %d labels, no more are read" % MAX_LABELS,
+                    "merge some",
                 )
             self._log(text, frozen(label))
             return label

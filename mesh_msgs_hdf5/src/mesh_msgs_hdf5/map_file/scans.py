@@ -378,7 +378,12 @@ def _camera(path, intrinsics):
         return None
     values = np.asarray(intrinsics, np.float64)
     if values.shape != (4,) or not np.isfinite(values).all() or (values[:2] <= 0).any():
-        raise MapFileError("value", path, "intrinsics are fx, fy, cx and cy in pixels", "")
+        raise MapFileError(
+            "value",
+            path,
+            "intrinsics are fx, fy, cx and cy in pixels",
+            "--intrinsics 600,600,320,240",
+        )
     fx, fy, cx, cy = values
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
 

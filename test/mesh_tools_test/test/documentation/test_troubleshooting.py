@@ -1,10 +1,12 @@
 """The pages of troubleshooting: every error and warning of the sources is explained, once."""
 
+import ast
+
 import pytest
 
 from mesh_tools_test.documentation import pages, troubleshooting
 from mesh_tools_test.documentation.message import Message
-from mesh_tools_test.documentation.sources import repository
+from mesh_tools_test.documentation.sources import repository, sources
 
 
 @pytest.fixture(name="messages", scope="module")
@@ -39,6 +41,21 @@ def test_every_source_has_its_page(messages):
     root = repository()
     for message in messages:
         assert (root / pages.page_for(message.path)).is_file()
+
+
+def test_a_mesh_that_import_refuses_comes_with_a_way_out():
+    """The last argument of MapFileError is what a user can do."""
+    python, _ = sources(repository())
+    refusals, without = 0, []
+    for path, text in python.items():
+        if "/formats/" in path:
+            for node in ast.walk(ast.parse(text)):
+                if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "MapFileError":
+                    refusals += 1
+                    if len(node.args) < 4 or getattr(node.args[3], "value", None) == "":
+                        without.append("%s:%d" % (path, node.lineno))
+    assert refusals > 50
+    assert without == []
 
 
 PAGE = """# Title

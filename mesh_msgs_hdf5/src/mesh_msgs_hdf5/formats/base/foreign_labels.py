@@ -72,10 +72,12 @@ def take_grouped_labels(
     """Make a label of each group of faces, named as it is. Raises MapFileError (label)."""
     named = {text: faces for text, faces in groups.items() if len(faces)}
     if not named:
-        raise MapFileError("label", path, "the file has no %s to make labels of" % what, "")
+        raise MapFileError(
+            "label", path, "the file has no %s to make labels of" % what, "leave out --labels-from"
+        )
     if len(named) > MAX_LABELS:
         text = "the file has %d %s, more labels than %d" % (len(named), what, MAX_LABELS)
-        raise MapFileError("label", path, text, "")
+        raise MapFileError("label", path, text, "leave out --labels-from")
     for text, faces in named.items():
         _add(mesh, text, faces)
     report.note("%d labels of %s", len(named), what)

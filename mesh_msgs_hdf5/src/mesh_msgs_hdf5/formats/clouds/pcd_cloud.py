@@ -132,7 +132,7 @@ def write_pcd_cloud(
         base = dtype[name].base
         if str(base.itemsize) not in _SIZES.get(base.kind, ()):
             text = "PCD has no numbers of the type %s, which %s has" % (base.name, name[:80])
-            raise MapFileError("dtype", path, text, "")
+            raise MapFileError("dtype", path, text, "write a PLY file")
         names.append(name.replace(" ", "_"))
         sizes.append(str(base.itemsize))
         kinds.append(base.kind.upper())

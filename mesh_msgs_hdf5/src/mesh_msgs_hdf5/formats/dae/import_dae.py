@@ -40,7 +40,12 @@ def mesh_of_scene(
     """
     if not len(scene.faces):
         name = _NAMES[kind]
-        raise MapFileError("no_faces", path, "the %s file has no faces in its scene" % name, "")
+        raise MapFileError(
+            "no_faces",
+            path,
+            "the %s file has no faces in its scene" % name,
+            "a map needs triangles: mesh the points first",
+        )
     up = up_axis(data) if kind == "fbx" else "y"
     if up != "z":
         scene.positions, scene.normals = z_up(scene.positions), z_up(scene.normals)

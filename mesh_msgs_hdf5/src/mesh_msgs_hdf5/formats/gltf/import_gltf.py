@@ -38,7 +38,12 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
     own_names = _names_of_attributes(remarks)
     scene = joined(SceneReader(file, report, own_names).parts(), report)
     if not len(scene.faces):
-        raise MapFileError("no_faces", path, "the glTF file has no faces in its scene", "")
+        raise MapFileError(
+            "no_faces",
+            path,
+            "the glTF file has no faces in its scene",
+            "a map needs triangles: mesh the points first",
+        )
     scene.positions, scene.normals = z_up(scene.positions), z_up(scene.normals)
     own = [remark["vertices"] for remark in about(remarks, "vertices", int)]
     exact = own == [len(scene.positions)]

@@ -182,7 +182,9 @@ def _normals(path, lines, corners, index, vertex_count, report):
     """(V, 3) float32 normals if every corner of a vertex has the same one, else None and a note."""
     values, counts = lines.normals.joined()
     if not (counts == 3).all():
-        raise MapFileError("format", path, "a normal (vn line) has not three values", "")
+        raise MapFileError(
+            "format", path, "a normal (vn line) has not three values", "is the file damaged?"
+        )
     normals = values.reshape(-1, 3)
     missing = np.count_nonzero(index < 0)
     if missing:
@@ -201,7 +203,9 @@ def _coordinate_table(path, lines):
     """(N, 2) float64 of the vt lines."""
     values, counts = lines.coordinates.joined()
     if (counts > 3).any():
-        raise MapFileError("format", path, "a texture coordinate (vt line) has four values", "")
+        raise MapFileError(
+            "format", path, "a texture coordinate (vt line) has four values", "is the file damaged?"
+        )
     table = np.zeros((len(counts), 2))
     width = min(int(counts.max()), 2)
     table[:, :width] = _rows(values, counts)[:, :width]

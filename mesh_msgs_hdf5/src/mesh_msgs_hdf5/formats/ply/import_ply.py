@@ -46,7 +46,12 @@ def read_ply(path: PathLike, data: bytes, options: Options, report: ImportReport
     file = read_elements(path, data)
     vertex = file.elements.get("vertex")
     if vertex is None or not set(POSITION) <= set(vertex.values):
-        raise MapFileError("format", path, "the PLY file has no vertices with x, y and z", "")
+        raise MapFileError(
+            "format",
+            path,
+            "the PLY file has no vertices with x, y and z",
+            "export the mesh again where it was made",
+        )
     remarks = parsed_remarks(file.comments, report)
     positions = columns(vertex, POSITION)
     _take_strips(path, file, report)
@@ -124,7 +129,10 @@ def _whole(path, corners):
     wrong = np.flatnonzero(corners != np.floor(corners))
     if len(wrong):
         raise MapFileError(
-            "index", path, "vertex index %s is no whole number" % corners[wrong[0]], ""
+            "index",
+            path,
+            "vertex index %s is no whole number" % corners[wrong[0]],
+            "export the mesh again where it was made",
         )
     return corners.astype(np.int64)
 

@@ -183,10 +183,18 @@ def _header(path, data):
                 raise KeyError(words[0])
         except (KeyError, IndexError, ValueError) as error:
             raise MapFileError(
-                "format", path, "cannot read the PLY header line: %s" % one_line(line)[:80], ""
+                "format",
+                path,
+                "cannot read the PLY header line: %s" % one_line(line)[:80],
+                "export the mesh again where it was made",
             ) from error
     if order is None:
-        raise MapFileError("format", path, "the PLY header has no format line", "")
+        raise MapFileError(
+            "format",
+            path,
+            "the PLY header has no format line",
+            "as: format binary_little_endian 1.0",
+        )
     _check_names(path, "elements", elements)
     for element in elements:
         _check_names(path, "properties of element %s" % element.name, element.properties)
