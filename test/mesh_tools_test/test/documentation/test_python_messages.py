@@ -26,6 +26,7 @@ def texts(source):
         'warnings.warn("it is wrong")',
         'print("it is wrong", file=sys.stderr)',
         'self.notes.append("it is wrong")',
+        'self._log(f"it is wrong")',
         'Status(ERROR, "it is wrong")',
         'result = WARN, "it is wrong"',
         'answer(success=False, message="it is wrong")',
@@ -112,6 +113,23 @@ def test_a_helper_is_followed_to_its_callers_and_to_what_it_returns():
             raise _wrong(a, message="the height is wrong")
     """
     assert texts(source) == ["the width … is wrong", "the height is wrong"]
+
+
+def test_rows_of_a_loop_and_parameters_that_change_are_followed():
+    source = """
+        def check(a, reason):
+            for text, values in (("the width is wrong", a), ("the height is wrong", a)):
+                raise ValueError(text)
+            reason = reason % a if "%" in reason else reason
+            raise ValueError(reason)
+
+        check(1, "the depth of %s is wrong")
+    """
+    assert sorted(texts(source)) == [
+        "the depth of … is wrong",
+        "the height is wrong",
+        "the width is wrong",
+    ]
 
 
 def test_a_reason_inside_a_message_is_told_apart():

@@ -56,6 +56,7 @@ _WRAPPERS = {
     "string",
     "tr",
 }
+_NUMBERED = {"counted"}  # "1 layer", "2 layers": no text of its own
 _ARG = re.compile(r"%\d")
 _MOST = 12
 _OWN_WORDS = 3
@@ -315,7 +316,7 @@ class _Gatherer:
         if values:
             return [text for value in values for text in self._texts(file, value)]
         outer = [f for f in file.functions if position in f.body and name in f.parameters]
-        if outer:
+        if outer and outer[0].name not in _NUMBERED:
             self._ask_callers(file, min(outer, key=lambda f: len(f.body)), name)
             return []
         places = self._assignments(file, name, range(len(file.tokens))) if name.isupper() else ()

@@ -190,7 +190,8 @@ class _Gatherer:
                 return []
             return [bound["message"]] if "message" in bound else []
         if name in self._exceptions:
-            position = 1 if name == "OSError" and len(call.args) > 1 else 0
+            numbered = isinstance(getattr(builtins, name, None), type) and len(call.args) > 1
+            position = 1 if numbered and issubclass(getattr(builtins, name), OSError) else 0
             return call.args[position : position + 1]
         if isinstance(call.func, ast.Attribute):
             receiver = _dotted(call.func.value)
@@ -198,6 +199,8 @@ class _Gatherer:
                 return [_formatted(call.args[1 if "throttle" in name else 0 :])]
             if name in _LOGGER_METHODS and _LOGGER.search(receiver):
                 return [_formatted(call.args)]
+            if name == "_log" and call.args and isinstance(call.args[0], ast.JoinedStr):
+                return call.args[:1]
             if name == "append" and _BAD_NEWS.match(receiver.split(".")[-1]):
                 return call.args
         if name == "print" and _dotted(given.get("file")) == "sys.stderr":
@@ -297,11 +300,11 @@ class _Gatherer:
         for depth, function in enumerate(scope.functions):
             values = self._assigned_in(function).get(node.id)
             inner = scope._replace(functions=scope.functions[depth:])
-            if values:
-                return self._all(values, inner)
             if node.id in _parameters(function):
                 self._ask_callers(function, node.id, inner)
-                return []
+                return self._all(values or [], inner)
+            if values:
+                return self._all(values, inner)
         places = self._constants.get(node.id, [])
         own = [place for place in places if place[0].module.path == scope.module.path]
         if own or (len(places) == 1 and node.id.isupper()):
@@ -320,7 +323,9 @@ class _Gatherer:
                     if node.value is not None:
                         _pair(node.target, node.value, found)
                 elif isinstance(node, (ast.For, ast.comprehension)):
-                    _pair(node.target, node.iter, found)
+                    rows = isinstance(node.iter, (ast.Tuple, ast.List))
+                    for row in node.iter.elts if rows else [node.iter]:
+                        _pair(node.target, row, found)
                 elif isinstance(node, ast.Call) and _name(node.func) in ("append", "extend"):
                     if isinstance(node.func.value, ast.Name):
                         found.setdefault(node.func.value.id, []).extend(node.args)
