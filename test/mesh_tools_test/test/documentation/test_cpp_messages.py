@@ -115,6 +115,18 @@ def test_a_text_is_followed_through_variables_helpers_and_returns():
     ]
 
 
+def test_what_is_added_to_a_text_is_told_apart():
+    found = texts(
+        "void f() {",
+        '  std::string line = "all of it is wrong";',
+        '  if (a) { line += "; wait for a moment"; }',
+        '  line += " or for two";',
+        "  return StatusLine::error(line);",
+        "}",
+    )
+    assert sorted(found) == ["all of it is wrong…", "or for two", "wait for a moment"]
+
+
 def test_reasons_in_a_table_are_found():
     found = texts(
         "std::string whyNot(int a) {",

@@ -310,11 +310,14 @@ class _Gatherer:
         places: Iterable[int] = ()
         if function is not None:
             places = self._assignments(file, name, function.body)
-        values = []
-        for place in places:
-            values.append(range(place, self._end_of_statement(file, place)))
+        values = [range(at, self._end_of_statement(file, at)) for at in places]
+        begun = [value for value in values if file.tokens[value.start - 1].value != "+="]
         if values:
-            return [text for value in values for text in self._texts(file, value)]
+            added = [value for value in values if value not in begun]
+            self._waiting += [(file, value) for value in added]
+            more = VARIES if added else ""
+            texts = [text for value in begun for text in self._texts(file, value)]
+            return [(text + more, *rest) for text, *rest in texts]
         outer = [f for f in file.functions if position in f.body and name in f.parameters]
         if outer and outer[0].name not in _NUMBERED:
             self._ask_callers(file, min(outer, key=lambda f: len(f.body)), name)

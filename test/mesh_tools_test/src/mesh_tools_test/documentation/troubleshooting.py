@@ -22,9 +22,11 @@ def gathered(root: Path) -> List[Message]:
     return unique(python_messages(python) + cpp_messages(cpp))
 
 
-def findings(messages: Iterable[Message], entries: Iterable[Entry]) -> List[str]:
+def findings(messages: Iterable[Message], entries: List[Entry]) -> List[str]:
     """What is wrong, each with its place and the way out."""
     known = {message.text: message for message in messages}
+    explained = {text for entry in entries for _, text in entry.messages}
+    open_ones = sorted(set(known) - explained)
     places: Dict[str, List[Tuple[str, int]]] = {}
     found = []
     for entry in entries:
@@ -39,7 +41,7 @@ def findings(messages: Iterable[Message], entries: Iterable[Entry]) -> List[str]
                 continue
             places.setdefault(text, []).append((entry.page, line))
             if text not in known:
-                found.append("%s:%d: %s" % (entry.page, line, _stale(text, known)))
+                found.append("%s:%d: %s" % (entry.page, line, _stale(text, open_ones)))
     for text, at in places.items():
         for page, line in at[1:]:
             found.append(
@@ -53,8 +55,8 @@ def findings(messages: Iterable[Message], entries: Iterable[Entry]) -> List[str]
     return sorted(found)
 
 
-def _stale(text: str, known: Iterable[str]) -> str:
-    near = difflib.get_close_matches(text, known, 1)
+def _stale(text: str, others: List[str]) -> str:
+    near = difflib.get_close_matches(text, others, 1)
     now = "is it now %s?" % code(near[0]) if near else "take it out"
     return "no source says %s (any more): %s" % (code(text), now)
 
