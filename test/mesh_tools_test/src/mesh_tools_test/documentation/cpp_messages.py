@@ -301,7 +301,8 @@ class _Gatherer:
     def _left_open(self, texts: List[_Text]) -> List[_Text]:
         """Texts inside another one that are told apart; there they vary."""
         for text, path, line in texts:
-            if words_in(text) >= _OWN_WORDS and is_message(tidy(text)):
+            whole = not text.endswith(("'", "("))
+            if whole and words_in(text) >= _OWN_WORDS and is_message(tidy(text)):
                 self.found.add(Message(path, line, tidy(text)))
         return [(VARIES, *texts[0][1:])]
 
