@@ -5,6 +5,7 @@ sources, a cause and a way out.
 """
 
 import difflib
+import gc
 import sys
 from pathlib import Path
 from typing import Dict, Iterable, List, Tuple
@@ -19,7 +20,13 @@ from mesh_tools_test.documentation.sources import repository, sources
 def gathered(root: Path) -> List[Message]:
     """All messages of the sources below root."""
     python, cpp = sources(root)
-    return unique(python_messages(python) + cpp_messages(cpp))
+    collects = gc.isenabled()
+    gc.disable()  # it would walk the syntax trees again and again: a third of the time
+    try:
+        return unique(python_messages(python) + cpp_messages(cpp))
+    finally:
+        if collects:
+            gc.enable()
 
 
 def findings(messages: Iterable[Message], entries: List[Entry]) -> List[str]:
