@@ -85,7 +85,7 @@ PYTHON = {
     "mesh_tools_test": [
         {"faults", "screen", "tutorials"},
         {"demo"},
-        {"driving", "layers", "planning", "spatial", "display", "documentation"},
+        {"driving", "layers", "planning", "spatial", "display", "troubleshooting"},
         {"", "base"},
     ],
     "osmesa_harness": [{""}],

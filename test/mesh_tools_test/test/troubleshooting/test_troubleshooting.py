@@ -4,9 +4,9 @@ import ast
 
 import pytest
 
-from mesh_tools_test.documentation import pages, troubleshooting
-from mesh_tools_test.documentation.message import Message
-from mesh_tools_test.documentation.sources import repository, sources
+from mesh_tools_test.troubleshooting import pages, troubleshooting
+from mesh_tools_test.troubleshooting.message import Message
+from mesh_tools_test.troubleshooting.sources import repository, sources
 
 
 @pytest.fixture(name="messages", scope="module")

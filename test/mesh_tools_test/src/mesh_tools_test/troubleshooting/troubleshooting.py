@@ -10,11 +10,11 @@ import sys
 from pathlib import Path
 from typing import Dict, Iterable, List, Tuple
 
-from mesh_tools_test.documentation.cpp_messages import cpp_messages
-from mesh_tools_test.documentation.message import Message, unique
-from mesh_tools_test.documentation.pages import CAUSE, WAY_OUT, Entry, code, page_for, read_entries
-from mesh_tools_test.documentation.python_messages import python_messages
-from mesh_tools_test.documentation.sources import repository, sources
+from mesh_tools_test.troubleshooting.cpp_messages import cpp_messages
+from mesh_tools_test.troubleshooting.message import Message, unique
+from mesh_tools_test.troubleshooting.pages import CAUSE, WAY_OUT, Entry, code, page_for, read_entries
+from mesh_tools_test.troubleshooting.python_messages import python_messages
+from mesh_tools_test.troubleshooting.sources import repository, sources
 
 
 def gathered(root: Path) -> List[Message]:

@@ -10,7 +10,7 @@ import builtins
 import re
 from typing import Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
-from mesh_tools_test.documentation.message import (
+from mesh_tools_test.troubleshooting.message import (
     VARIES,
     Message,
     braces,

@@ -7,7 +7,7 @@ parameters of helpers, and what functions return.
 import re
 from typing import Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
-from mesh_tools_test.documentation.cpp_tokens import (
+from mesh_tools_test.troubleshooting.cpp_tokens import (
     Function,
     Token,
     functions_of,
@@ -15,7 +15,7 @@ from mesh_tools_test.documentation.cpp_tokens import (
     split,
     tokens_of,
 )
-from mesh_tools_test.documentation.message import (
+from mesh_tools_test.troubleshooting.message import (
     VARIES,
     Message,
     is_message,

@@ -2,8 +2,8 @@
 
 import pytest
 
-from mesh_tools_test.documentation.cpp_messages import cpp_messages
-from mesh_tools_test.documentation.cpp_tokens import functions_of, partners, tokens_of
+from mesh_tools_test.troubleshooting.cpp_messages import cpp_messages
+from mesh_tools_test.troubleshooting.cpp_tokens import functions_of, partners, tokens_of
 
 
 def texts(*lines):

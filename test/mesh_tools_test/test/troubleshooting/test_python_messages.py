@@ -4,7 +4,7 @@ import textwrap
 
 import pytest
 
-from mesh_tools_test.documentation.python_messages import python_messages
+from mesh_tools_test.troubleshooting.python_messages import python_messages
 
 
 def texts(source):

@@ -1,1 +1,0 @@
-"""Errors and warnings of the sources, held against the pages that explain them to users."""

@@ -1,0 +1,1 @@
+"""Errors and warnings of the sources, held against the pages that explain them."""
