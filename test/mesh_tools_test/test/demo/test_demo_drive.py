@@ -44,4 +44,4 @@ def test_the_table():
 
 
 def test_the_last_picture_is_taken_when_the_robot_is_there():
-    assert results.PICTURES[-1][0] == results.ARRIVED
+    assert results.PICTURES[-1][0] == results.RVIZ_PICTURE

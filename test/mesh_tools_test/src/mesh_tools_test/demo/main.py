@@ -18,7 +18,7 @@ from mesh_tools_test.demo.grid_figure import grid_figure, grid_map, plans_on_gri
 from mesh_tools_test.demo.processes import DemoError, process
 from mesh_tools_test.demo.report import Report
 from mesh_tools_test.demo.results import FILES, GRID, LAYERS, PLANNERS, REPORT, RVIZ
-from mesh_tools_test.demo.show import show_and_plan, write_configs
+from mesh_tools_test.demo.show import plan_and_show, plan_drive_and_show, write_configs
 
 
 def arguments(argv):
@@ -32,6 +32,9 @@ def arguments(argv):
     parser.add_argument("--output", type=Path, default=Path("demo"), help="folder (%(default)s)")
     parser.add_argument("--faces", type=int, default=200_000, help="size of the generated world")
     parser.add_argument("--seed", type=int, default=0, help="seed of the generated world")
+    parser.add_argument(
+        "--short", action="store_true", help="one plan and one picture, no drive: within a minute"
+    )
     parser.add_argument("--headless", action="store_true", help="no window, even with a DISPLAY")
     options = parser.parse_args(argv)
     if not LEAST_FACES <= options.faces <= MOST_FACES:
@@ -81,21 +84,29 @@ def demo(options, output):
 
 def show(report, options, output, made):
     """All steps after those that make the map."""
-    with report.step("picture of a grid") as notes:
-        mesh_map = grid_map()
-        found = plans_on_grid(mesh_map)
-        grid_figure(mesh_map, found).save(output / GRID)
-        notes += [GRID, *(f"{each.title} {each.error}" for each in found)]
+    if not options.short:
+        show_grid(report, output)
     with ExitStack() as stack:
-        uri, way = show_and_plan(report, stack, output, made)
+        steps = plan_and_show if options.short else plan_drive_and_show
+        uri, way = steps(report, stack, output, made)
         (output / REPORT).write_text(report.markdown(), encoding="utf-8")
-        print(f"\nWritten to {output}/: {made.path.name}, {', '.join(FILES)}, logs/")
-        if not way.succeeded:
+        files = ", ".join(name for name in FILES if (output / name).exists())
+        print(f"\nWritten to {output}/: {made.path.name}, {files}, logs/")
+        if way is not None and not way.succeeded:
             raise DemoError(f"the robot did not arrive: {way.outcome}: {way.message}")
         if options.headless or not os.environ.get("DISPLAY"):
             print("No window was opened: there is no DISPLAY, or --headless was given.")
         else:
             show_on_screen(stack, output, uri)
+
+
+def show_grid(report, output):
+    """The figure of two planners on a regular grid."""
+    with report.step("picture of a grid") as notes:
+        mesh_map = grid_map()
+        found = plans_on_grid(mesh_map)
+        grid_figure(mesh_map, found).save(output / GRID)
+        notes += [GRID, *(f"{each.title} {each.error}" for each in found)]
 
 
 def interrupt(number, _frame):

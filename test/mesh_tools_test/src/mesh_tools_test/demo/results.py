@@ -4,7 +4,7 @@ from mesh_tools_test.demo.planners import DIJKSTRA, WAVE_FRONT
 
 # RViz with the potential of a planner; that of the last one stays on the screen
 POTENTIALS = ((DIJKSTRA, "dijkstra.png"), (WAVE_FRONT, "wave_front.png"))
-ARRIVED = "rviz.png"  # the picture with the robot at the goal, and its track
+RVIZ_PICTURE = "rviz.png"  # with the robot at the goal, and its track; the only one of --short
 GRID = "grid.png"
 REPORT = "report.md"
 LAYERS, PLANNERS, RVIZ = "layers.yaml", "planners.yaml", "mesh_tools.rviz"

@@ -1,23 +1,81 @@
 """Map server, planners, robot and RViz: plans of all planners, a drive, and pictures of them."""
 import os
+from typing import Any, Callable, NamedTuple
 
 from osmesa_harness.back_ends import BackEnd, environment_of
 
 from mesh_tools_test.demo import driven, navigation_node, plans, results
 from mesh_tools_test.demo.drive_node import Driver, simulate_time, start_robot
 from mesh_tools_test.demo.layers import PICTURES, server_config
-from mesh_tools_test.demo.planners import DIJKSTRA, EXACT, PLANNERS, WAVE_FRONT, planner_config
+from mesh_tools_test.demo.planners import (
+    DIJKSTRA,
+    EXACT,
+    PLANNERS,
+    WAVE_FRONT,
+    Shown,
+    planner_config,
+)
 from mesh_tools_test.demo.processes import free_port, process, roscore, subscribers, wait_until
 from mesh_tools_test.demo.rviz_config import GOAL_TOPIC, SERVER, rviz_config
 from mesh_tools_test.demo.screenshot import settled_picture
 
 
-def show_and_plan(report, stack, output, made):
-    """Start map, server, robot and RViz; plan, drive, take pictures. The nodes live as long as the
-    stack.
+def plan_and_show(report, stack, output, made):
+    """Start map, server, robot and RViz; one plan and one picture of it, without a drive.
+
+    The nodes live as long as the stack.
+
+    :returns: URI of the master, and None: there is no drive
+    """
+    nodes = start_nodes(report, stack, output, made)
+    with report.step(f"plan: {WAVE_FRONT.title}") as notes:
+        notes.append(nodes.plan(WAVE_FRONT).message)
+    camera = Camera(stack, output, nodes, made)
+    (picture,) = (each for each in PICTURES if each[0] == results.RVIZ_PICTURE)
+    take_layer(report, camera, *picture)
+    return nodes.uri, None
+
+
+def plan_drive_and_show(report, stack, output, made):
+    """Start map, server, robot and RViz; plan with all planners, drive, take all pictures.
+
+    The nodes live as long as the stack.
 
     :returns: URI of the master, and the drive
     """
+    nodes = start_nodes(report, stack, output, made)
+    first = plan_with_all(report, nodes.plan, made.mesh_map)
+    camera = Camera(stack, output, nodes, made)
+    limits = plans.color_limits([first[DIJKSTRA].potential, first[WAVE_FRONT].potential])
+    for planner, name in results.POTENTIALS:
+        nodes.plan(planner)  # the last plan's potential is the one that is shown
+        with report.step(f"potential of {planner.title}") as notes:
+            notes.append(camera.take(name, plans.POTENTIAL, limits, planner))
+    for picture in PICTURES:
+        if picture[0] == results.RVIZ_PICTURE:
+            way = drive(report, nodes, made, first[WAVE_FRONT].length)
+            nodes.plan(WAVE_FRONT)  # while it drove, there were plans from where it was
+        take_layer(report, camera, *picture)
+    return nodes.uri, way
+
+
+def take_layer(report, camera, name, layer, limits):
+    """The picture of a layer."""
+    with report.step(f"picture of {layer}") as notes:
+        notes.append(camera.take(name, layer, limits, WAVE_FRONT))
+
+
+class Nodes(NamedTuple):
+    """URI of the master, (name, process, log file) of the server, who drives, and who plans."""
+
+    uri: str
+    server: Any
+    driver: Driver
+    plan: Callable[[Shown], plans.Plan]
+
+
+def start_nodes(report, stack, output, made):
+    """Start roscore, robot and server, and wait until there can be plans."""
     frame, start, goal = made.mesh_map.frame_id, made.start, made.goal
     with report.step("start roscore") as notes:
         uri = stack.enter_context(roscore(output / "logs", free_port()))
@@ -37,20 +95,7 @@ def show_and_plan(report, stack, output, made):
     def plan(planner):
         return client.plan(start, goal, frame, planner.name)
 
-    first = plan_with_all(report, plan, made.mesh_map)
-    camera = Camera(stack, output, uri, server, (start, goal, frame))
-    limits = plans.color_limits([first[DIJKSTRA].potential, first[WAVE_FRONT].potential])
-    for planner, name in results.POTENTIALS:
-        plan(planner)  # the last plan's potential is the one that is shown
-        with report.step(f"potential of {planner.title}") as notes:
-            notes.append(camera.take(name, plans.POTENTIAL, limits, planner))
-    for name, layer, layer_limits in PICTURES:
-        if name == results.ARRIVED:
-            way = drive(report, driver, (start, goal, frame), first[WAVE_FRONT].length)
-            plan(WAVE_FRONT)  # while it drove, there were plans from where it was
-        with report.step(f"picture of {layer}") as notes:
-            notes.append(camera.take(name, layer, layer_limits, WAVE_FRONT))
-    return uri, way
+    return Nodes(uri, server, driver, plan)
 
 
 def write_configs(output, made):
@@ -83,16 +128,15 @@ def plan_with_all(report, plan, mesh_map):
     return first
 
 
-def drive(report, driver, scene, planned):
+def drive(report, nodes, made, planned):
     """Let the robot go to the goal, which is compared with the plan in the report.
 
-    :param scene: start (3,), goal (3,), frame
     :param planned: length of the path [m]
     """
-    start, goal, frame = scene
     with report.step("drive") as notes:
-        pose = navigation_node.pose(goal, frame, navigation_node.heading(start, goal))
-        way = driver.drive(pose, WAVE_FRONT.name, planned)
+        yaw = navigation_node.heading(made.start, made.goal)
+        pose = navigation_node.pose(made.goal, made.mesh_map.frame_id, yaw)
+        way = nodes.driver.drive(pose, WAVE_FRONT.name, planned)
         notes.append(f"{way.outcome}: {way.message}")
     report.table(driven.table(way))
     return way
@@ -101,13 +145,10 @@ def drive(report, driver, scene, planned):
 class Camera:
     """Takes pictures of RViz on a virtual screen."""
 
-    def __init__(self, stack, output, uri, server, scene):
-        """
-        :param server: (name, process, log file)
-        :param scene: start (3,), goal (3,), frame
-        """
+    def __init__(self, stack, output, nodes, made):
         self._screen = stack.enter_context(environment_of(BackEnd.OSMESA_X, os.environ))
-        self._output, self._uri, self._server, self._scene = output, uri, server, scene
+        self._output, self._nodes = output, nodes
+        self._scene = made.start, made.goal, made.mesh_map.frame_id
         self._config = output / results.RVIZ
 
     def take(self, name, layer, limits, on_top):
@@ -122,10 +163,10 @@ class Camera:
         with process("rviz", command, self._output / "logs", self._screen) as rviz:
             topics = [f"{SERVER}/{planner.name}/path" for planner in paths]
             wait_until(
-                lambda: all(subscribers(self._uri, topic) for topic in topics),
+                lambda: all(subscribers(self._nodes.uri, topic) for topic in topics),
                 60,
                 "RViz's subscription of the paths",
-                [self._server, rviz],
+                [self._nodes.server, rviz],
             )
             picture = settled_picture(self._screen, rviz)
         picture.save(self._output / name)
