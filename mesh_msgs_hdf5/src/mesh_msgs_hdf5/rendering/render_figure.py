@@ -123,7 +123,7 @@ def _text(size, color="black"):
 
 def _scale_bar(axes, camera: Camera):
     left, right, bottom, top = camera.extent
-    length = _round_length((right - left) / 4)
+    length = round_length((right - left) / 4)
     x, y = left + 0.03 * (right - left), bottom + 0.03 * (top - bottom)
     for color, thickness in (("white", 6), ("black", 3)):  # also over the mesh
         ends = [x, x + length], [y, y]
@@ -136,7 +136,7 @@ def _scale_bar(axes, camera: Camera):
     axes.set_ylim(bottom, top)
 
 
-def _round_length(most):
+def round_length(most):
     """The greatest 1, 2 or 5 times a power of ten that is not above most."""
     power = 10.0 ** math.floor(math.log10(most))
     return next(power * step for step in (5, 2, 1) if power * step <= most or step == 1)

@@ -6,7 +6,9 @@ import sys
 import numpy as np
 import pytest
 
+from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs.testing import wait_until
+from mesh_msgs.zoo import grid
 from mesh_tools_test.demo import main, navigation_node, pipeline, screenshot
 from mesh_tools_test.demo.layers import FOR_FILES
 from mesh_tools_test.demo.processes import DemoError
@@ -77,7 +79,9 @@ def test_an_output_that_is_a_file_is_refused_in_one_line(tmp_path):
 
 def test_a_failure_leaves_a_way_to_go_on(tmp_path, monkeypatch, capsys):
     ends = np.zeros(3), np.array([3, 4, 0])
-    made = pipeline.Prepared(tmp_path / "forest.h5", None, FOR_FILES, 0.0, *ends)
+    mesh = grid(cells=4)
+    mesh_map = MeshMap(mesh.vertices, mesh.faces)
+    made = pipeline.Prepared(tmp_path / "forest.h5", mesh_map, FOR_FILES, 0.0, *ends)
 
     def fail(*_):
         raise DemoError("the robot did not arrive")

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mesh_tools_test.demo import results
+
 from mesh_tools_test.demo.driven import HEADER, SPACING, Driven, Track, table, turn_between
 
 
@@ -41,7 +41,3 @@ def test_the_table():
     driven = Driven("SUCCESS", True, "there", 6.5, track, 12.34, 0.0123, np.radians(4.56))
     assert table(driven) == [HEADER, ("SUCCESS", "6.50", "7.00", "12.3", "0.012", "4.6")]
     assert len(HEADER) == len(table(driven)[1])
-
-
-def test_the_last_picture_is_taken_when_the_robot_is_there():
-    assert results.PICTURES[-1][0] == results.RVIZ_PICTURE

@@ -12,7 +12,7 @@ from mesh_tools_test.demo import results, screenshot
 DEMO = Path(__file__).parents[2] / "nodes/demo"
 STEPS = ["generate a world", "import", "save the mesh", "topology", "layers", "spatial index"]
 STEPS += ["save the layers", "choose poses", "start roscore", "start map and server"]
-STEPS += ["plan: Wave front", "picture of Combined Costs", "all"]
+STEPS += ["plan: Wave front", "picture rviz.png", "all"]
 
 
 def test_the_short_demo_makes_one_plan_and_one_picture(tmp_path):
@@ -29,4 +29,5 @@ def test_the_short_demo_makes_one_plan_and_one_picture(tmp_path):
     assert not left & {"grid.png", "dijkstra.png", "wave_front.png", "roughness.png"}
     assert "rosrun mesh_navigation go_to" in said and "rviz.png, report.md" in said
     picture = np.asarray(Image.open(output / "rviz.png").convert("RGB"))
-    assert screenshot.colored_share(screenshot.scene(picture)) > screenshot.COLORED
+    # The mesh with its costs fills the view.
+    assert screenshot.colored_share(picture) > 0.3

@@ -2,15 +2,8 @@
 import numpy as np
 import yaml
 
-from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_msgs_hdf5.model.mesh import Label
 
-# what RViz shows beside the potentials: file, layer, limits of its colors
-PICTURES = (
-    ("roughness.png", "roughness", (0.0, 0.8)),
-    ("inflation.png", "inflation", (0.0, 1.0)),
-    ("rviz.png", COMBINED_COSTS, (0.0, 1.0)),
-)
 # Ways through costly regions are longer for planners: up to 1 + EDGE_COST_FACTOR times.
 EDGE_COST_FACTOR = 2.0
 CLOUDS = "/cloud"  # of the robot's laser

@@ -18,11 +18,11 @@ class Shown:
     params: Mapping[str, Any]
 
 
-# Beyond the start, as far as there is a way: in the pictures, red is what cannot be reached.
+# Beyond the start, as far as there is a way.
 WHOLE_MAP = {"goal_dist_offset": 10000.0}  # meters
 # Dijkstra's edges and the front take 1 + EDGE_COST_FACTOR * cost times their length (the edges'
-# factor is the map's to say); the exact geodesic knows only lengths. Black and white are the
-# colors of the paper's figure 14.
+# factor is the map's to say); the exact geodesic knows only lengths. Colors are of Okabe and Ito,
+# which the color-blind tell apart; those of paths are dark ones.
 DIJKSTRA = Shown(
     "dijkstra_mesh_planner",
     "dijkstra_mesh_planner/DijkstraMeshPlanner",
@@ -34,10 +34,10 @@ WAVE_FRONT = Shown(
     "wave_front_planner",
     "wave_front_planner/WaveFrontPlanner",
     "Wave front",
-    (255, 255, 255),
+    (0, 114, 178),
     {**WHOLE_MAP, "cost_factor": EDGE_COST_FACTOR},
 )
-EXACT = Shown("mmp_planner", "mmp_planner/MMPPlanner", "Exact geodesic", (255, 150, 0), {})
+EXACT = Shown("mmp_planner", "mmp_planner/MMPPlanner", "Exact geodesic", (213, 94, 0), {})
 PLANNERS = (DIJKSTRA, WAVE_FRONT, EXACT)
 RADIUS = 0.25  # m, of the simulated robot
 

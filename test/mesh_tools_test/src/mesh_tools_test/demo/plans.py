@@ -6,7 +6,6 @@ import numpy as np
 from mesh_tools_test.demo.layers import EDGE_COST_FACTOR
 
 POTENTIAL = "Potential"  # the layer of the server's vertex costs
-REACHED = 0.8  # of the color scale: up to yellow; red is left to what cannot be reached
 HEADER = ("planner", "path [m]", "with costs [m]", "time [ms]", "again [ms]")
 
 
@@ -65,9 +64,9 @@ def table(rows):
 
 
 def color_limits(potentials):
-    """Limits of a color scale that is the same for all potentials, and keeps red for +inf."""
+    """Limits of a color scale that is the same for all potentials, as far as they are known."""
     highest = 0.0
     for potential in potentials:
         finite = potential[np.isfinite(potential)]
         highest = max(highest, float(finite.max()) if len(finite) else 0.0)
-    return 0.0, highest / REACHED if highest else 1.0
+    return 0.0, highest or 1.0

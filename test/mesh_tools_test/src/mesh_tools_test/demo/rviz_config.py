@@ -1,19 +1,32 @@
-"""The RViz configuration of the demo: mesh with a cost layer, paths, robot, goal, camera."""
-import numpy as np
+"""The RViz configurations of the demo: mesh with a cost layer, path, robot, camera."""
 import yaml
 
+from mesh_tools_test.demo import isolines, robot_model
+from mesh_tools_test.demo.orbit_camera import whole_map
+from mesh_tools_test.demo.planners import PLANNERS
+
 SERVER = "/move_base_flex"
-ROBOT_FRAME = "base_footprint"
 GOAL_TOPIC = "/goal"  # where the MeshGoal tool publishes, too
-TRACK_TOPIC, TRACK_COLOR = "/track", (0, 255, 60)
+TRACK_TOPIC, TRACK_COLOR = "/track", (240, 228, 66)
+HALO, BACKGROUND = (255, 255, 255), (232, 235, 239)  # light, for print; no widget has this color
+COLOR_SCALE = "Viridis"  # backwards, so that what is cheap is bright
 WINDOW = (1280, 960)  # pixels, the whole window of RViz: all of the virtual screen
-# In distances from start to goal: the camera's from the middle of its picture, and how far that is
-# moved towards the goal, so that the legend at the right covers neither.
-CAMERA_DISTANCE, ASIDE = 1.9, 0.12
+VIEW = (1248, 869)  # pixels of the 3D view in it, where no panel is open; a few more or less
+PANEL = 348  # pixels of the tree of displays, where it is
+TREE = {
+    "Class": "rviz/Displays",
+    "Name": "Displays",
+    "Splitter Ratio": 0.55,
+    "Tree Height": 700,
+    "Property Tree Widget": {"Expanded": ["/Mesh1/Display Type1"]},
+}
+# Pixels of lines; the track lies on the path, which the robot follows, and leaves both its edges.
+PATH, HALO_WIDTH, TRACK, ISOLINE = 9.0, 15.0, 2.4, 1.3
+ABOVE = 8.0  # pixels from the surface up to the lowest line: more than half as wide
 
 
 def mesh_display(layer, limits):
-    """The mesh with one cost layer in the rainbow scale between two limits."""
+    """The mesh with one cost layer in colors between two limits."""
     return {
         "Class": "rviz_mesh_plugin/TexturedMesh",
         "Name": "Mesh",
@@ -24,7 +37,8 @@ def mesh_display(layer, limits):
             "Value": "Vertex Costs",
             "Vertex Costs Topic": f"{SERVER}/mesh_map/vertex_costs",
             "Vertex Costs Type": layer,
-            "Color Scale": "Rainbow",
+            "Color Scale": COLOR_SCALE,
+            "Invert Colors": True,
             "Use Custom limits": {
                 "Value": True,
                 "Vertex Costs Lower Limit": float(limits[0]),
@@ -36,28 +50,43 @@ def mesh_display(layer, limits):
     }
 
 
-def path_display(planner, width, below):
-    """The path of a planner, as a line thick enough to see from afar.
+def path_displays(planner, pixel, enabled):
+    """The path of a planner: a broad dark line, and a wider light one just below it.
 
-    :param below: how many paths shall be on top where they coincide: they are narrower and higher
+    :param pixel: how long one is [m]
     """
-    topic = f"{SERVER}/{planner.name}/path"
-    height = width * (2 - 0.5 * below)
-    return line_display(planner.title, topic, planner.color, width * (1 + 0.3 * below), height)
+    topic, title = f"{SERVER}/{planner.name}/path", planner.title
+    halo, width = HALO_WIDTH * pixel, PATH * pixel
+    return [
+        line_display(f"{title}, halo", topic, HALO, halo, ABOVE * pixel, enabled),
+        line_display(title, topic, planner.color, width, (ABOVE + 0.4) * pixel, enabled),
+    ]
 
 
-def track_display(width):
-    """Where the robot has driven: a broad band just below the path that it followed."""
-    return line_display("Track", TRACK_TOPIC, TRACK_COLOR, 3.5 * width, 1.2 * width)
+def track_display(pixel, enabled):
+    """Where the robot has driven: a narrow line on the path that it followed."""
+    width, height = TRACK * pixel, (ABOVE + 0.8) * pixel
+    return line_display("Track", TRACK_TOPIC, TRACK_COLOR, width, height, enabled)
 
 
-def line_display(name, topic, color, width, height):
+def isolines_display(enabled):
+    """Lines of equal cost on the potential that is shown."""
+    return {
+        "Class": "rviz/Marker",
+        "Name": "Lines of equal cost",
+        "Enabled": enabled,
+        "Value": enabled,
+        "Marker Topic": isolines.TOPIC,
+    }
+
+
+def line_display(name, topic, color, width, height, enabled):
     """A nav_msgs/Path as a line of a width, at a height above its poses [m]."""
     return {
         "Class": "rviz/Path",
         "Name": name,
-        "Enabled": True,
-        "Value": True,
+        "Enabled": enabled,
+        "Value": enabled,
         "Topic": topic,
         "Line Style": "Billboards",
         "Line Width": width,
@@ -68,15 +97,15 @@ def line_display(name, topic, color, width, height):
     }
 
 
-def goal_display(length):
+def goal_display(length, enabled):
     """The goal pose that was asked for, as an arrow."""
     return {
         "Class": "rviz/Pose",
         "Name": "Goal",
-        "Enabled": True,
-        "Value": True,
+        "Enabled": enabled,
+        "Value": enabled,
         "Topic": GOAL_TOPIC,
-        "Color": "255; 235; 0",
+        "Color": "204; 121; 167",
         "Shape": "Arrow",
         "Shaft Length": length,
         "Shaft Radius": 0.08 * length,
@@ -85,77 +114,58 @@ def goal_display(length):
     }
 
 
-def robot_display(length):
-    """The robot's frame."""
+def robot_display():
+    """The robot as its model says."""
     return {
-        "Class": "rviz/Axes",
+        "Class": "rviz/RobotModel",
         "Name": "Robot",
         "Enabled": True,
         "Value": True,
-        "Reference Frame": ROBOT_FRAME,
-        "Length": length,
-        "Radius": 0.08 * length,
+        "Robot Description": robot_model.PARAMETER,
     }
 
 
-def orbit_view(start, goal):
-    """A camera that looks down on start and goal, from the side of the line between them."""
-    center = (start + goal) / 2 + ASIDE * (goal - start)
-    along = np.arctan2(goal[1] - start[1], goal[0] - start[0])
-    return {
-        "Class": "rviz/Orbit",
-        "Name": "Current View",
-        "Target Frame": "<Fixed Frame>",
-        "Distance": float(max(CAMERA_DISTANCE * np.linalg.norm(goal - start), 4.0)),
-        "Focal Point": dict(zip("XYZ", map(float, center))),
-        "Pitch": 0.9,
-        "Yaw": float((along - np.pi / 2) % (2 * np.pi)),
-        "Near Clip Distance": 0.05,
-    }
+def picture_config(picture, limits, camera, frame):
+    """The configuration for a picture, without a panel, as YAML text.
 
-
-def rviz_config(start, goal, frame, layer, limits, planners):
-    """The whole configuration as YAML text.
-
-    :param start, goal: (3,) positions [m] in the frame of the map
-    :param limits: lower and upper limit of the color scale, in the unit of the layer
-    :param planners: whose paths are shown, the last on top
+    :param picture: what it shows, a pictures.Picture
+    :param limits: of its colors, in the unit of the layer
+    :param camera: an OrbitCamera for VIEW
     """
-    view = orbit_view(np.asarray(start, dtype=float), np.asarray(goal, dtype=float))
-    arrow, width = 0.04 * view["Distance"], 0.0025 * view["Distance"]
-    paths = [
-        path_display(planner, width, len(planners) - number)
-        for number, planner in enumerate(planners, start=1)
-    ]
+    pixel = camera.pixel
+    paths = path_displays(picture.planner, pixel, True) if picture.planner else []
+    displays = [mesh_display(picture.layer, limits), *paths, robot_display()]
+    if picture.track:
+        displays.append(track_display(pixel, True))
+    if picture.limits is None:
+        displays.append(isolines_display(True))
+    return _config(displays, camera, frame, [])
+
+
+def user_config(picture, vertices, start, goal, frame):
+    """The configuration for the user: as a picture, and with all that can be shown in the tree.
+
+    :param vertices: (V, 3) m, of the map; start, goal: (3,) m
+    """
+    camera = whole_map(vertices, start, goal, (VIEW[0] - PANEL, VIEW[1]))
+    pixel = camera.pixel
+    displays = [mesh_display(picture.layer, picture.limits)]
+    for planner in PLANNERS:
+        displays += path_displays(planner, pixel, planner is picture.planner)
+    displays += [track_display(pixel, True), isolines_display(False)]
+    displays += [goal_display(40 * pixel, True), robot_display()]
+    return _config(displays, camera, frame, [TREE])
+
+
+def _config(displays, camera, frame, panels):
     config = {
-        "Panels": [
-            {
-                "Class": "rviz/Displays",
-                "Name": "Displays",
-                "Splitter Ratio": 0.55,
-                "Tree Height": 700,
-                "Property Tree Widget": {
-                    "Expanded": [
-                        "/Mesh1",
-                        "/Mesh1/Status1",
-                        "/Mesh1/Display Type1",
-                        "/Mesh1/Display Type1/Use Custom limits1",
-                    ]
-                },
-            }
-        ],
+        "Panels": panels,
         "Visualization Manager": {
             "Class": "",
-            "Displays": [
-                mesh_display(layer, limits),
-                *paths,
-                track_display(width),
-                goal_display(1.5 * arrow),
-                robot_display(arrow),
-            ],
+            "Displays": displays,
             "Global Options": {
                 "Fixed Frame": frame,
-                "Background Color": "64; 66; 72",
+                "Background Color": "; ".join(map(str, BACKGROUND)),
                 "Frame Rate": 10,
             },
             "Tools": [
@@ -164,13 +174,12 @@ def rviz_config(start, goal, frame, layer, limits, planners):
                 {"Class": "rviz_mesh_plugin/MeshGoal", "Topic": GOAL_TOPIC},
                 {"Class": "rviz_mesh_plugin/MeshInspect"},
             ],
-            "Views": {"Current": view, "Saved": None},
+            "Views": {"Current": camera.view(), "Saved": None},
             "Enabled": True,
             "Name": "root",
             "Value": True,
         },
         "Window Geometry": {
-            "Displays": {"collapsed": False},
             "Hide Right Dock": True,
             "Width": WINDOW[0],
             "Height": WINDOW[1],

@@ -4,7 +4,7 @@ import time
 import numpy as np
 from PIL import ImageGrab
 
-from mesh_tools_test.demo.processes import wait_until
+from mesh_tools_test.demo.processes import DemoError, wait_until
 
 STATUS_BAR = 32  # pixels at the lower edge of RViz's window
 RIGHT_EDGE = 32  # pixels of a closed dock
@@ -20,6 +20,14 @@ def grab(environment):
 def scene(picture):
     """The right half of RViz's window: 3D view only, without the tree of displays."""
     return picture[picture.shape[0] // 4 :, picture.shape[1] // 2 : -RIGHT_EDGE]
+
+
+def view_of(picture, background):
+    """The part of a picture (H,W,3) of RViz that is its 3D view, whose edges have a color."""
+    rows, columns = np.nonzero((picture == np.array(background, dtype=np.uint8)).all(axis=2))
+    if len(rows) == 0:
+        raise DemoError(f"RViz shows no background in {background}: its 3D view is not there")
+    return picture[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
 
 
 def drawn_share(pixels):

@@ -1,12 +1,10 @@
 """Map server, planners, robot and RViz: plans of all planners, a drive, and pictures of them."""
-import os
 from typing import Any, Callable, NamedTuple
 
-from osmesa_harness.back_ends import BackEnd, environment_of
-
-from mesh_tools_test.demo import driven, navigation_node, plans, results
+from mesh_tools_test.demo import driven, navigation_node, pictures, plans, results
 from mesh_tools_test.demo.drive_node import Driver, simulate_time, start_robot
-from mesh_tools_test.demo.layers import PICTURES, server_config
+from mesh_tools_test.demo.layers import server_config
+from mesh_tools_test.demo.photographer import Photographer
 from mesh_tools_test.demo.planners import (
     DIJKSTRA,
     EXACT,
@@ -15,9 +13,8 @@ from mesh_tools_test.demo.planners import (
     Shown,
     planner_config,
 )
-from mesh_tools_test.demo.processes import free_port, process, roscore, subscribers, wait_until
-from mesh_tools_test.demo.rviz_config import GOAL_TOPIC, SERVER, rviz_config
-from mesh_tools_test.demo.screenshot import settled_picture
+from mesh_tools_test.demo.processes import free_port, process, roscore
+from mesh_tools_test.demo.rviz_config import GOAL_TOPIC, SERVER, user_config
 
 
 def plan_and_show(report, stack, output, made):
@@ -30,9 +27,8 @@ def plan_and_show(report, stack, output, made):
     nodes = start_nodes(report, stack, output, made)
     with report.step(f"plan: {WAVE_FRONT.title}") as notes:
         notes.append(nodes.plan(WAVE_FRONT).message)
-    camera = Camera(stack, output, nodes, made)
-    (picture,) = (each for each in PICTURES if each[0] == results.RVIZ_PICTURE)
-    take_layer(report, camera, *picture)
+    photographer = Photographer(stack, output, nodes.uri, nodes.server, made)
+    take(report, photographer, pictures.PLAN, pictures.PLAN.limits)
     return nodes.uri, None
 
 
@@ -45,24 +41,23 @@ def plan_drive_and_show(report, stack, output, made):
     """
     nodes = start_nodes(report, stack, output, made)
     first = plan_with_all(report, nodes.plan, made.mesh_map)
-    camera = Camera(stack, output, nodes, made)
+    photographer = Photographer(stack, output, nodes.uri, nodes.server, made)
     limits = plans.color_limits([first[DIJKSTRA].potential, first[WAVE_FRONT].potential])
-    for planner, name in results.POTENTIALS:
-        nodes.plan(planner)  # the last plan's potential is the one that is shown
-        with report.step(f"potential of {planner.title}") as notes:
-            notes.append(camera.take(name, plans.POTENTIAL, limits, planner))
-    for picture in PICTURES:
-        if picture[0] == results.RVIZ_PICTURE:
-            way = drive(report, nodes, made, first[WAVE_FRONT].length)
-            nodes.plan(WAVE_FRONT)  # while it drove, there were plans from where it was
-        take_layer(report, camera, *picture)
+    for picture in pictures.POTENTIALS:
+        potential = nodes.plan(picture.planner).potential  # the last plan's is the one shown
+        take(report, photographer, picture, limits, potential)
+    for picture in pictures.LAYERS:
+        take(report, photographer, picture, picture.limits)
+    way = drive(report, nodes, made, first[WAVE_FRONT].length)
+    nodes.plan(WAVE_FRONT)  # while it drove, there were plans from where it was
+    take(report, photographer, pictures.PLAN, pictures.PLAN.limits, arrived=True)
     return nodes.uri, way
 
 
-def take_layer(report, camera, name, layer, limits):
-    """The picture of a layer."""
-    with report.step(f"picture of {layer}") as notes:
-        notes.append(camera.take(name, layer, limits, WAVE_FRONT))
+def take(report, photographer, picture, limits, potential=None, arrived=False):
+    """A picture as a step of the report; see Photographer.take."""
+    with report.step(f"picture {picture.file}") as notes:
+        notes.append(photographer.take(picture, limits, potential, arrived))
 
 
 class Nodes(NamedTuple):
@@ -99,11 +94,14 @@ def start_nodes(report, stack, output, made):
 
 
 def write_configs(output, made):
-    """The files that configure the server; RViz's is written with each picture."""
+    """The files that configure the server, and RViz for the user."""
     (output / results.LAYERS).write_text(
         server_config(made.layers, made.max_edge_length), encoding="utf-8"
     )
     (output / results.PLANNERS).write_text(planner_config(), encoding="utf-8")
+    ends = made.start, made.goal
+    config = user_config(pictures.PLAN, made.mesh_map.vertices, *ends, made.mesh_map.frame_id)
+    (output / results.RVIZ).write_text(config, encoding="utf-8")
 
 
 def start_server(output, made):
@@ -140,35 +138,3 @@ def drive(report, nodes, made, planned):
         notes.append(f"{way.outcome}: {way.message}")
     report.table(driven.table(way))
     return way
-
-
-class Camera:
-    """Takes pictures of RViz on a virtual screen."""
-
-    def __init__(self, stack, output, nodes, made):
-        self._screen = stack.enter_context(environment_of(BackEnd.OSMESA_X, os.environ))
-        self._output, self._nodes = output, nodes
-        self._scene = made.start, made.goal, made.mesh_map.frame_id
-        self._config = output / results.RVIZ
-
-    def take(self, name, layer, limits, on_top):
-        """RViz with a layer, as long as it takes to draw it; returns what to say of the picture.
-
-        :param on_top: the planner whose path is drawn over the others
-        """
-        paths = sorted((EXACT, DIJKSTRA, WAVE_FRONT), key=lambda planner: planner is on_top)
-        config = rviz_config(*self._scene, layer, limits, paths)
-        self._config.write_text(config, encoding="utf-8")
-        command = ["rviz", "--disable-anti-aliasing", "-d", str(self._config.resolve())]
-        with process("rviz", command, self._output / "logs", self._screen) as rviz:
-            topics = [f"{SERVER}/{planner.name}/path" for planner in paths]
-            wait_until(
-                lambda: all(subscribers(self._nodes.uri, topic) for topic in topics),
-                60,
-                "RViz's subscription of the paths",
-                [self._nodes.server, rviz],
-            )
-            picture = settled_picture(self._screen, rviz)
-        picture.save(self._output / name)
-        size = f"{picture.width} x {picture.height} pixels"
-        return f"{name}, {size}, drawn by OSMesa on a virtual screen"
