@@ -4,6 +4,7 @@ import io
 import matplotlib.image
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from mesh_msgs import zoo
 
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -252,3 +253,30 @@ def test_nothing_is_cut_off_at_the_edges_of_a_picture(size, what):
     assert pixels.shape == (size[1], size[0], 3)
     edges = [pixels[:2], pixels[-2:], pixels[:, :2], pixels[:, -2:]]
     assert [bool((edge == 1).all()) for edge in edges] == [True] * 4
+
+
+@pytest.mark.parametrize("size", [(640, 480), (1200, 900)])
+@pytest.mark.parametrize("what", ["layer", "labels"])
+def test_every_text_has_room_in_the_figure(size, what, monkeypatch):
+    costs = np.float32([0.1, 0.9, 0.2, np.nan, np.inf, 0.3])
+    vertices = np.float32([[0, 0, 0], [4, 0, 0], [0, 2, 0], [4, 2, 0], [0, 4, 0], [4, 4, 0]])
+    faces = np.uint32([[0, 1, 2], [1, 3, 2], [2, 3, 4], [3, 5, 4]])
+    mesh = Mesh(vertices, faces)
+    mesh.vertex_costs["slope"] = costs
+    rule = {"unit": "rad", "comparison": "above", "threshold": 0.7}
+    mesh.layer_parameters["slope"] = {"layer_info": rule}
+    mesh.labels = {"MMMMMMMMMMMMMMMMMMMMMMMMMMMMMMMM": Label(np.uint32([0]))}
+    paint = choose_paint("x", mesh, what, "slope" if what == "layer" else None)
+    boxes, draw = {}, Text.draw
+
+    def drawn(text, renderer, *arguments, **keywords):
+        draw(text, renderer, *arguments, **keywords)
+        if text.get_text() and text.get_visible():
+            boxes[text.get_text()] = text.get_window_extent(renderer)
+
+    monkeypatch.setattr(Text, "draw", drawn)
+    picture_png(mesh, paint, VIEWS["top"], size, "title")
+    assert {"title", "x [m]"} < set(boxes) and len(boxes) > 10
+    assert paint.legend.entries and {"lethal, above 0.7 rad (2)", "M" * 25 + "..."} & set(boxes)
+    for text, box in boxes.items():
+        assert 0 <= box.x0 and box.x1 <= size[0] and 0 <= box.y0 and box.y1 <= size[1], text

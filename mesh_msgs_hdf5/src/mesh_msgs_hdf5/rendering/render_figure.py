@@ -15,8 +15,10 @@ from mesh_msgs_hdf5.rendering.render_scale import scale_colors
 
 SMALLEST, LARGEST = 200, 8000  # pixels along a side of the picture
 _DPI = 100
-_LEFT, _BOTTOM, _TOP, _RIGHT, _BAR, _LEGEND = 75, 62, 40, 20, 110, 230  # margins in pixels
-_ENTRIES = 24
+_LEFT, _BOTTOM, _TOP, _RIGHT, _BAR = 75, 62, 40, 20, 110  # margins in pixels
+# Of the legend: most entries, most letters of one and of the title, points of their height, pixels
+# around them with the patch of color, between the mesh's place and them.
+_ENTRIES, _LETTERS, _TITLE_LETTERS, _POINTS, _AROUND, _BESIDE = 24, 28, 34, 8, 34, 8
 
 
 def picture_png(
@@ -34,11 +36,11 @@ def picture_png(
     overlay: draws more into the matplotlib axes, which are in meters along right and up of the
     camera. footer: instead of the counts of the mesh.
     """
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     inner = _inner(size, paint.legend, axis_names(view_axes(*view))[0] != "")
     camera = look_at(mesh.vertices, view, inner[2], inner[3])
     picture = paint_mesh(mesh, camera, paint, progress)
     # only now: this takes longer than painting a small mesh
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -71,21 +73,36 @@ def picture_png(
 def _inner(size: Sequence[int], legend, numbered: bool) -> Tuple[int, int, int, int]:
     """Left, bottom, width and height of the mesh's place in pixels."""
     left, bottom = (_LEFT, _BOTTOM) if numbered else (_RIGHT, _RIGHT + 10)
-    right = _LEGEND if len(legend.entries) > 2 else _BAR if _explains(legend) else _RIGHT
-    if right == _BAR and legend.entries:
-        right += 40
+    right = _BAR if legend.limits is not None else _RIGHT
+    if legend.entries:
+        right = max(right, _legend_width(legend))
     width, height = size
     return left, bottom, max(40, width - left - right), max(40, height - bottom - _TOP)
 
 
-def _explains(legend):
-    return legend.limits is not None or legend.entries
+def _legend_width(legend) -> int:
+    """Pixels that the entries need beside the mesh's place, and the title above them."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    texts = [_short(text, _LETTERS) for text, _ in legend.entries]
+    if legend.limits is None:
+        texts.append(_short(legend.title, _TITLE_LETTERS))
+    font, measure = FontProperties(size=_POINTS), text_to_path.get_text_width_height_descent
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # characters that the font does not have
+        widths = [measure(text, font, False)[0] for text in texts]
+    return math.ceil(max(widths) * _DPI / 72) + _AROUND + _BESIDE
+
+
+def _short(text, most):
+    text = one_line(text)
+    return text if len(text) <= most else text[: most - 3] + "..."
 
 
 def _plain(text, most):
     """Text as it is: matplotlib would take $ for a formula."""
-    text = one_line(text)
-    return (text if len(text) <= most else text[: most - 3] + "...").replace("$", r"\$")
+    return _short(text, most).replace("$", r"\$")
 
 
 def _footer(mesh):
@@ -157,13 +174,13 @@ def _legend(figure, axes, legend, inner, size):
             shown = shown[: rows - 1] + [(more, (1.0, 1.0, 1.0))]
         below = 18 * len(shown) + 20
         axes.legend(
-            handles=[Patch(color=color, label=_plain(text, 28)) for text, color in shown],
-            title=None if legend.limits else _plain(legend.title, 34),
+            handles=[Patch(color=color, label=_plain(text, _LETTERS)) for text, color in shown],
+            title=None if legend.limits else _plain(legend.title, _TITLE_LETTERS),
             loc="lower left" if legend.limits else "upper left",
-            bbox_to_anchor=(1.0 + 8 / inner[2], 0 if legend.limits else 1),
+            bbox_to_anchor=(1.0 + _BESIDE / inner[2], 0 if legend.limits else 1),
             borderaxespad=0,
-            fontsize=8,
-            title_fontsize=8,
+            fontsize=_POINTS,
+            title_fontsize=_POINTS,
             frameon=False,
             handlelength=1.2,
         )

@@ -64,7 +64,7 @@ def line(label, color, pixels, below=None, wider=0.0):
 
 def path(planner):
     """The path of a planner, for the key."""
-    return line(f"path of {planner.title}", planner.color, PATH, HALO, HALO_WIDTH)
+    return line(f"path: {planner.title}", planner.color, PATH, HALO, HALO_WIDTH)
 
 
 def track(planner):

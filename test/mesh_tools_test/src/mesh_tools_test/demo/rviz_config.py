@@ -65,7 +65,7 @@ def path_displays(planner, pixel, enabled):
 
 def track_display(pixel, enabled):
     """Where the robot has driven: a narrow line on the path that it followed."""
-    width, height = TRACK * pixel, (ABOVE + 0.8) * pixel
+    width, height = TRACK * pixel, (ABOVE + 2.5) * pixel
     return line_display("Track", TRACK_TOPIC, TRACK_COLOR, width, height, enabled)
 
 
