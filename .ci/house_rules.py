@@ -5,6 +5,7 @@ Each finding says where, what is wrong and the correction.
 import ast
 import re
 
+import release_rules
 import room_rules
 import rooms
 import word_rules
@@ -183,3 +184,4 @@ def check(root, files):
     yield from room_rules.check_folders(files)
     packages = package_folders(files)
     yield from room_rules.check_rooms(texts, packages, rooms.CPP, rooms.PYTHON)
+    yield from release_rules.check(root, files, packages)

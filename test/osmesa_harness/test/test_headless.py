@@ -80,9 +80,18 @@ def test_the_shim_is_found_in_a_folder_with_a_space(script, environment, tmp_pat
     assert f"{folder}/{SHIM}" in output(script("headless", "cat", "/proc/self/maps"), environment)
 
 
-def test_a_missing_shim_is_told_with_the_way_out():
+NOWHERE = {"LD_LIBRARY_PATH": "/nowhere", "CMAKE_PREFIX_PATH": "/nothing"}
+
+
+def test_an_installed_shim_is_left_to_the_linker(monkeypatch):
+    monkeypatch.setattr("ctypes.util.find_library", {"osmesa_glx": SHIM}.get)
+    assert shim_folder(NOWHERE) == ""
+
+
+def test_a_missing_shim_is_told_with_the_way_out(monkeypatch):
+    monkeypatch.setattr("ctypes.util.find_library", {}.get)
     with pytest.raises(HeadlessError, match="source the setup.bash"):
-        shim_folder({"LD_LIBRARY_PATH": "/nowhere", "CMAKE_PREFIX_PATH": "/nothing"})
+        shim_folder(NOWHERE)
 
 
 @pytest.mark.parametrize("option, loaded", [("--x", False), ("--x-osmesa", True)])

@@ -1,4 +1,5 @@
-"""What is installed works without the source tree, and rays go to the OpenCL device."""
+"""All that a package brings is installed, and works without the source tree; rays go to the OpenCL
+device."""
 import os
 import subprocess
 import sys
@@ -9,7 +10,21 @@ import pytest
 from mesh_tools_test.spatial import opencl
 
 ROOT = Path(__file__).resolve().parents[4]
-PACKAGES = ("mesh_msgs", "mesh_map")
+OUTSIDE = ("build", "demo", "shared")
+# Folder of a package -> where it is installed, below the prefix; others are for building or tests.
+PLACES = {
+    "action": "share/{name}/action",
+    "config": "share/{name}/config",
+    "icons": "share/{name}/icons",
+    "include": "include",
+    "launch": "share/{name}/launch",
+    "msg": "share/{name}/msg",
+    "nodes": "lib/{name}",
+    "rviz": "share/{name}/rviz",
+    "srv": "share/{name}/srv",
+    "urdf": "share/{name}/urdf",
+}
+NOT_INSTALLED = {"benchmark", "cmake", "doc", "kernels", "scripts", "src", "test"}
 
 # Notes every file that Python opens, from the start, and at the end every library that is mapped.
 CHILD = """
@@ -58,10 +73,20 @@ print("installed")
 """
 
 
+def package_folders():
+    """The folders of our packages, relative to the tree, as catkin finds them."""
+    for folder, inner, files in os.walk(str(ROOT)):
+        if Path(folder) == ROOT:
+            inner[:] = [name for name in inner if name not in OUTSIDE and name[0] != "."]
+        if "package.xml" in files:
+            inner.clear()
+            yield Path(folder).relative_to(ROOT)
+
+
 @pytest.fixture(scope="module")
-def installed(tmp_path_factory):
-    """The Python folder of an installation of mesh_msgs and mesh_map."""
-    builds = [ROOT / "build" / package for package in PACKAGES]
+def prefix(tmp_path_factory):
+    """An installation of all packages."""
+    builds = [ROOT / "build" / folder for folder in package_folders()]
     if not all((build / "cmake_install.cmake").exists() for build in builds):
         pytest.skip("built elsewhere, not by ./run build")
     destination = tmp_path_factory.mktemp("install")
@@ -75,14 +100,91 @@ def installed(tmp_path_factory):
             timeout=120,
         )
     (folder,) = destination.rglob("dist-packages")
-    return folder
+    return folder.parents[2]
+
+
+@pytest.fixture(scope="module")
+def installed(prefix):
+    """The Python folder of the installation."""
+    return prefix / "lib/python3/dist-packages"
+
+
+def files_below(folder):
+    """All files below a folder, relative to it, but for what Python writes."""
+    found = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder) for path in found if "__pycache__" not in path.parts}
+
+
+@pytest.mark.parametrize("folder", package_folders(), ids=str)
+def test_all_of_a_package_is_installed(prefix, folder):
+    package = ROOT / folder
+    expected = {prefix / "share" / folder.name / path.name for path in package.glob("*.xml")}
+    for part in (path.name for path in package.iterdir() if path.is_dir()):
+        if part in PLACES:
+            place = prefix / PLACES[part].format(name=folder.name)
+            expected |= {place / path for path in files_below(package / part)}
+        else:
+            assert part in NOT_INSTALLED, f"where is {folder / part} installed?"
+    if (package / "setup.py").exists():
+        place = prefix / "lib/python3/dist-packages"
+        modules = files_below(package / "src" / folder.name)
+        expected |= {place / folder.name / path for path in modules if path.suffix == ".py"}
+    assert len(expected) > 1
+    assert not sorted(str(path) for path in expected if not path.is_file())
+
+
+def test_programs_are_executable(prefix):
+    nodes = [ROOT / folder / "nodes" for folder in package_folders()]
+    programs = [(nodes_.parent.name, path.name) for nodes_ in nodes for path in nodes_.glob("*")]
+    assert len(programs) > 10
+    for name, program in programs:
+        assert os.access(str(prefix / "lib" / name / program), os.X_OK), (name, program)
+
+
+def test_commands_and_plugins_work_from_the_install_space(prefix, tmp_path):
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    (tmp_path / "face.obj").write_text(text)
+    environment = installed_environment(prefix / "lib/python3/dist-packages")
+    environment["ROS_PACKAGE_PATH"] = str(prefix / "share")
+
+    def output(*command):
+        done = subprocess.run(
+            [str(word) for word in command],
+            cwd=str(tmp_path),
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            universal_newlines=True,
+            timeout=60,
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    mesh_tool = prefix / "lib/mesh_msgs_hdf5/mesh_tool"
+    output(mesh_tool, "import", "face.obj", "face.h5")
+    output(mesh_tool, "render", "face.h5", "face.png")
+    assert (tmp_path / "face.png").read_bytes()[1:4] == b"PNG"
+    assert "refine" in output(mesh_tool, "--help")  # a verb that mesh_map exports
+    finding = """
+import mesh_map.base.plugins as plugins
+for name in "mesh_layers/LabelLayer", "example_mesh_layer/SmoothLayer":
+    found = plugins.find_class("mesh_map", "mesh_map::Layer", name)
+    print(__import__(found.__module__).__file__)"""
+    places = output(sys.executable, "-c", finding).split()
+    assert len(places) == 2 and all(place.startswith(str(prefix)) for place in places)
+
+
+def installed_environment(installed, **variables):
+    """An environment with an installation, and nothing of the workspace, in it."""
+    kept = ("PATH", "HOME", "LANG", "POCL_CACHE_DIR", "OCL_ICD_VENDORS", "MESH_TOOLS_OPENCL")
+    environment = {name: os.environ[name] for name in kept if name in os.environ}
+    environment.update(PYTHONPATH=str(installed), PYTHONDONTWRITEBYTECODE="1", **variables)
+    return environment
 
 
 def run_child(installed, tmp_path, back_end, **variables):
     """The script above, with nothing of the workspace in its environment."""
-    kept = ("PATH", "HOME", "LANG", "POCL_CACHE_DIR", "OCL_ICD_VENDORS", "MESH_TOOLS_OPENCL")
-    environment = {name: os.environ[name] for name in kept if name in os.environ}
-    environment.update(PYTHONPATH=str(installed), PYTHONDONTWRITEBYTECODE="1", **variables)
+    environment = installed_environment(installed, **variables)
     arguments = [str(installed.parents[2]), str(ROOT) + "/", back_end]
     return subprocess.run(
         [sys.executable, "-c", CHILD, *arguments],

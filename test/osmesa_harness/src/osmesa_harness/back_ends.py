@@ -1,6 +1,7 @@
 """Who draws: the environments in which a program finds OSMesa, or a private X server, or both."""
 
 import contextlib
+import ctypes.util
 import os
 from enum import Enum
 from typing import Dict, Iterator, Mapping
@@ -24,9 +25,10 @@ class BackEnd(Enum):
 
 
 def shim_folder(environment: Mapping[str, str]) -> str:
-    """The folder of libosmesa_glx.so, looked for as the dynamic linker and catkin do.
+    """The folder of libosmesa_glx.so, looked for as the dynamic linker and catkin do; '' where the
+    linker finds it without being told, as it does in an installed Debian package.
 
-    Raises HeadlessError where it is in none of LD_LIBRARY_PATH and CMAKE_PREFIX_PATH/lib.
+    Raises HeadlessError where it is neither in LD_LIBRARY_PATH, in CMAKE_PREFIX_PATH/lib nor there.
     """
     folders = environment.get("LD_LIBRARY_PATH", "").split(":")
     prefixes = environment.get("CMAKE_PREFIX_PATH", "").split(":")
@@ -34,8 +36,10 @@ def shim_folder(environment: Mapping[str, str]) -> str:
     for folder in folders:
         if folder and os.path.isfile(os.path.join(folder, SHIM)):
             return os.path.abspath(folder)
+    if ctypes.util.find_library("osmesa_glx") == SHIM:
+        return ""
     raise HeadlessError(
-        f"{SHIM} is in none of LD_LIBRARY_PATH and CMAKE_PREFIX_PATH; "
+        f"{SHIM} is in none of LD_LIBRARY_PATH, CMAKE_PREFIX_PATH and the system's folders; "
         "build osmesa_harness and source the setup.bash of its workspace"
     )
 
