@@ -8,7 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-RECOMMENDED = {"pyopencl"}  # looked for, and done without
+# Looked for, and done without: OpenCL; peers of benchmarks; what only the tests of others need.
+OPTIONAL = {"hypothesis", "numba", "potpourri3d", "pygeodesic", "pyopencl"}
 
 
 def lines(*command):
@@ -61,7 +62,7 @@ def check(package):
     """Findings about the imports of a package."""
     modules = set()
     for path in python_files(package):
-        for name in set(imported(path)) - RECOMMENDED:
+        for name in set(imported(path)) - OPTIONAL:
             wanted = owner(name)
             if wanted and wanted not in closure(package):
                 yield "%s: %s imports %s of %s, on which it does not depend" % (
