@@ -14,19 +14,19 @@ from mesh_map.costs.settings import SETTINGS
 
 _LOG = logging.getLogger("mesh_map")
 _ALIKE = 0.8  # of the letters
-_STRINGS = (
+FILE_PARAMETERS = (
     Parameter(
         "mesh_file", "", description="map file (.h5), or a mesh (.ply .obj .stl .off .dae .glb)"
     ),
     Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
     Parameter("global_frame", "", description="frame of all messages; empty: that of the file"),
+    Parameter("origin", (), description="x, y, z (m): subtracted from the coordinates"),
+    Parameter(
+        "require_provenance",
+        False,
+        description="true: layers in the file that do not say how they were computed are not used",
+    ),
 )
-_PROVENANCE = Parameter(
-    "require_provenance",
-    False,
-    description="true: layers in the file that do not say how they were computed are not used",
-)
-_ORIGIN = Parameter("origin", (), description="x, y, z (m): subtracted from the coordinates")
 GEOMETRY_PARAMETERS = (
     Parameter("up_direction", (0.0, 0.0, 1.0), description="against which heights are measured"),
     Parameter("orient", False, description="turn faces so that neighbors agree, and most face up"),
@@ -76,9 +76,7 @@ def map_parameters(values: Any) -> MapParameters:
     """
     if not isinstance(values, Mapping):
         raise MeshMapError("the parameters are %r, not a dictionary" % (values,))
-    checked, warnings = checked_values(
-        (*_STRINGS, _ORIGIN, _PROVENANCE, *GEOMETRY_PARAMETERS), values
-    )
+    checked, warnings = checked_values((*FILE_PARAMETERS, *GEOMETRY_PARAMETERS), values)
     for warning in warnings + _misspelled(values):
         _LOG.warning("%s", warning)
     if values.get("server_url") and not checked["mesh_file"]:
@@ -122,7 +120,7 @@ def parameters_in_file(path: Union[str, "os.PathLike[str]"]) -> Mapping[str, Any
 
 def _misspelled(values: Mapping[str, Any]) -> List[str]:
     """Names that are nearly those of parameters; others may belong to the node."""
-    parameters = (*_STRINGS, _ORIGIN, _PROVENANCE, *GEOMETRY_PARAMETERS, *SETTINGS)
+    parameters = (*FILE_PARAMETERS, *GEOMETRY_PARAMETERS, *SETTINGS)
     known = ["layers", *(parameter.name for parameter in parameters)]
     found = []
     for name, value in values.items():

@@ -1,0 +1,176 @@
+"""Holds the tables of READMEs to the code: names of nodes, plugins with their parameters."""
+import math
+from pathlib import Path
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple
+
+from mesh_map.base.parameter import Parameter
+
+from mesh_tools_test.documentation.names_in_code import ACTION, PARAMETER, SERVICE, TOPIC, Use
+from mesh_tools_test.documentation.node_pages import tables_of_node
+from mesh_tools_test.documentation.nodes import NODES, Node, uses_of
+from mesh_tools_test.documentation.plugin_pages import (
+    INPUTS,
+    KINDS,
+    Plugin,
+    exported_plugins,
+    parameters_of,
+)
+from mesh_tools_test.documentation.readme_claims import (
+    Claim,
+    claims_of_cell,
+    claims_of_columns,
+    differences,
+    documented,
+    kind_of,
+    normal,
+)
+from mesh_tools_test.documentation.readme_tables import Table, tables_of
+
+_HEADINGS = {  # of plugins, and the package whose README has it
+    "Layers": "mesh_map",
+    "Planners": "mesh_navigation",
+    "Controllers": "mesh_navigation",
+    "Recovery": "mesh_navigation",
+}
+
+
+class Finding(NamedTuple):
+    """What differs between code and README: of what (node or plugin, and a name), and how."""
+
+    key: str
+    text: str
+
+
+def _finding(owner: str, name: str, text: str) -> Finding:
+    return Finding("%s %s" % (owner, name), "%s: %s %s" % (owner, name, text))
+
+
+def names_of(node: Node, uses: List[Use], kind: str) -> Set[str]:
+    """The names of a kind that the code of a node has; those that a parameter says by its default.
+
+    What reads many parameters at once (`~`, or a name that is not known) is none.
+    """
+    found = set()
+    for use in uses_of(node, uses):
+        name = use.name
+        if use.kind == kind and not (kind == PARAMETER and (name == "~" or "<" in name)):
+            given = node.declared.get(name.strip("<>")) if name.startswith("<") else None
+            if given is not None and given.default:
+                name = str(given.default)
+            found.add(normal(name) or name)
+    if kind == PARAMETER:
+        found |= set(node.declared) | node.others
+    return found
+
+
+def check_names(node: Node, uses: List[Use], tables: List[Table]) -> Iterator[Finding]:
+    """Names that only the code of a node, or only its README has."""
+    for kind in (TOPIC, SERVICE, ACTION, PARAMETER):
+        in_code, told = names_of(node, uses, kind), documented(tables, kind)
+        for name in sorted(in_code - told):
+            yield _finding(node.name, name, "(%s) is in the code, and in no table" % kind)
+        known = set(in_code)
+        for other in NODES:
+            if other.name in node.embeds:
+                more = names_of(other, uses, kind)
+                known |= more | {"%s/%s" % (other.name, name) for name in more}
+        for name in sorted(told - known):
+            yield _finding(node.name, name, "(%s) is in a table, and not in the code" % kind)
+
+
+def check_nodes(packages: Dict[str, Path], uses: List[Use]) -> List[Finding]:
+    """Of all nodes: names, and defaults and ranges where their tables have them."""
+    found: List[Finding] = []
+    for node in NODES:
+        tables = tables_of_node(node, packages)
+        found += check_names(node, uses, tables)
+        for table in tables:
+            for claim in claims_of_columns(table) if kind_of(table) == PARAMETER else ():
+                if claim.name in node.declared:
+                    wrong = differences(claim, node.declared[claim.name])
+                    found += [_finding(node.name, claim.name, text) for text in wrong]
+    return found
+
+
+def plugin_claims(tables: Iterable[Table]) -> Tuple[Set[str], Dict[str, List[Claim]]]:
+    """Names of plugins in tables, and what these say of parameters: of a plugin by its name, of all
+    plugins of a kind by the heading of that."""
+    names: Set[str] = set()
+    claims: Dict[str, List[Claim]] = {}
+    for table in tables:
+        heading = table.headings[-1]
+        if kind_of(table) == PARAMETER:
+            claims.setdefault(heading, []).extend(claims_of_columns(table))
+        elif table.header[0] == "type":
+            column = _column(table)
+            for row in table.rows:
+                library = row[0].codes[0].partition("/")[0]
+                for code in row[0].codes:
+                    name = code if "/" in code else "%s/%s" % (library, code)
+                    names.add(name)
+                    if column is not None:
+                        claims.setdefault(name, []).extend(claims_of_cell(row[column]))
+    return names, claims
+
+
+def _column(table: Table) -> Optional[int]:
+    """Which one tells of parameters; None for none."""
+    found = [place for place, text in enumerate(table.header) if text.startswith("parameters")]
+    return found[0] if found else None
+
+
+def check_plugins(packages: Dict[str, Path]) -> List[Finding]:
+    """Of all plugins with parameters: names, defaults, and ranges with two ends."""
+    tables = [
+        table
+        for package in dict.fromkeys(_HEADINGS.values())
+        for table in tables_of(packages[package] / "README.md")
+        if _HEADINGS.get(table.headings[-1]) == package
+    ]
+    names, claims = plugin_claims(tables)
+    plugins = {
+        plugin.name: plugin
+        for package in dict.fromkeys(_HEADINGS.values())
+        for plugin in exported_plugins(packages[package])
+        if plugin.base in {kind.base for kind in KINDS}
+    }
+    found = [_finding(name, "", "is in a table, and no plugin") for name in names - set(plugins)]
+    found += [_finding(name, "", "is in no table") for name in set(plugins) - names]
+    known: Dict[str, Set[str]] = {}
+    for plugin in plugins.values():
+        heading = _heading(plugin)
+        parameters = [one for one in parameters_of(plugin) if one is not INPUTS]
+        for where in (plugin.name, heading):
+            known.setdefault(where, set()).update(one.name for one in parameters)
+        told = claims.get(plugin.name, []) + claims.get(heading, [])
+        found += _of_plugin(plugin, parameters, told)
+    for where, inside in known.items():
+        for claim in claims.get(where, []):
+            if claim.name not in inside:
+                found.append(_finding(where, claim.name, "is in a table, and no parameter"))
+    return found
+
+
+def _heading(plugin: Plugin) -> str:
+    """Of the README: the first word of that of the reference."""
+    return next(kind.heading for kind in KINDS if kind.base == plugin.base).split()[0]
+
+
+def _of_plugin(plugin: Plugin, parameters: List[Parameter], told: List[Claim]) -> Iterator[Finding]:
+    for parameter in parameters:
+        claims = [claim for claim in told if claim.name == parameter.name]
+        if not claims:
+            yield _finding(plugin.name, parameter.name, "is in no table")
+        for claim in claims:
+            for text in differences(claim, parameter):
+                yield _finding(plugin.name, parameter.name, text)
+            if claim.low is None and _is_bounded(parameter):
+                text = "has no range in its table: %s to %s"
+                limits = (parameter.minimum, parameter.maximum)
+                yield _finding(plugin.name, parameter.name, text % limits)
+
+
+def _is_bounded(parameter: Parameter) -> bool:
+    """On both sides."""
+    limits = (parameter.minimum, parameter.maximum)
+    return all(limit is not None and math.isfinite(limit) for limit in limits)

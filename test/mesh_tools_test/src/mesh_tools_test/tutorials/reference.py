@@ -1,0 +1,39 @@
+"""The reference: pages that are made of the code, and of what the READMEs say of it.
+
+    python3 -m mesh_tools_test.documentation.reference FOLDER
+"""
+import sys
+from pathlib import Path
+
+from mesh_tools_test.documentation.command_pages import command_page
+from mesh_tools_test.documentation.message_pages import message_page
+from mesh_tools_test.documentation.node_pages import node_page
+from mesh_tools_test.documentation.package_pages import PackagePages
+from mesh_tools_test.documentation.plugin_pages import plugin_page
+from mesh_tools_test.documentation.repository import packages
+
+
+def write_reference(folder: Path) -> None:
+    """Write all pages into a folder, which is that of docs/reference in the site.
+
+    :raises ValueError, RuntimeError: code that cannot be documented; the text says what
+    """
+    known = packages()
+    folder.mkdir(parents=True, exist_ok=True)
+    pages = PackagePages(known, folder, folder.parent)
+    pages.write()
+    _write(folder / "nodes.md", node_page(known, pages, folder / "nodes.md"))
+    _write(folder / "plugins.md", plugin_page(known))
+    _write(folder / "commands.md", command_page(known))
+    for name, path in known.items():
+        _write(folder / "messages" / (name + ".md"), message_page(name, path))
+
+
+def _write(path: Path, text: str) -> None:
+    if text:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_reference(Path(sys.argv[1]))

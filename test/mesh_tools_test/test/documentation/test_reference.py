@@ -1,0 +1,53 @@
+"""READMEs say what the code has, and the reference made of both is a site without faults."""
+import pytest
+
+from mesh_tools_test.documentation.nodes import NODES, gathered_uses
+from mesh_tools_test.documentation.readme_check import check_nodes, check_plugins
+from mesh_tools_test.documentation.repository import packages
+
+# node or plugin, and a name -> why it is in the code, or in a table, alone
+EXEMPT = {
+    "hdf5_map_server run_id": "roscore's own parameter",
+    "label_manager run_id": "roscore's own parameter",
+    "surface_robot use_sim_time": "ROS's own parameter",
+    "hdf5_map_server <>": "a topic of another process, which owns the labels",
+    "label_manager <>": "a topic of another process, which owns the labels",
+    "label_manager <name>": "cluster_label, and ~cluster_label where that is another topic",
+    "label_manager cluster_label": "see <name>",
+    "mesh_map <topic>": "parameter topic of a source of an ObstacleLayer",
+    "mbf_mesh_nav <topic>": "of the guard: cmd_vel, as the server resolves it",
+    "mbf_mesh_nav <zone_topic>": "parameter guard/zone_topic, empty by default",
+    "mbf_mesh_nav <>": "base class of the action servers",
+    "mbf_mesh_nav guard": "its members are told, each by its name",
+    "mbf_mesh_nav mesh_map/mesh_file": "a parameter of mesh_map",
+    "surface_robot <topic>": "parameter costs_topic, empty by default",
+    "mesh_controller/MeshController ": "named above its table",
+    "cvp_mesh_planner/CVPMeshPlanner cost_factor": "its other default is told in words",
+}
+
+
+@pytest.fixture(scope="module")
+def uses():
+    return gathered_uses()
+
+
+def test_readmes_tell_of_all_names_and_parameters_and_of_no_others(uses):
+    found = [*check_nodes(packages(), uses), *check_plugins(packages())]
+    assert [one.text for one in found if one.key not in EXEMPT] == []
+    assert set(EXEMPT) - {one.key for one in found} == set()
+
+
+def test_names_are_found_in_the_code_of_every_node(uses):
+    """Those that are looked for are not none: a gatherer that finds nothing would be content."""
+    found = {(use.kind, use.name.lstrip("~")) for use in uses}
+    assert {
+        ("topic", "store/vertex_costs_update"),
+        ("topic", "<>/vertex_costs/updates"),
+        ("service", "get_geometry_vertexnormals"),
+        ("service", "check_path_cost"),
+        ("action", "move_base"),
+        ("parameter", "save_delay"),
+        ("parameter", "import_folder"),
+    } <= found
+    assert len(found) > 90
+    assert {node.package for node in NODES} == {"mesh_msgs_hdf5", "mesh_map", "mesh_navigation"}
