@@ -27,12 +27,16 @@ class PackagePages:
         }
         self._top = top
 
+    def write_page(self, source: Path, page: Path) -> None:
+        """Write a page that is kept by hand, such as one below docs/, with good links."""
+        text = source.read_text(encoding="utf-8")
+        page.write_text(self.relinked(text, source.parent, page), encoding="utf-8")
+
     def write(self) -> None:
         """Write the page of each package, with its pictures."""
         for source, page in self._pages.items():
             page.parent.mkdir(parents=True, exist_ok=True)
-            text = (source / README).read_text(encoding="utf-8")
-            page.write_text(self.relinked(text, source, page), encoding="utf-8")
+            self.write_page(source / README, page)
 
     def relinked(self, text: str, source: Path, page: Path) -> str:
         """A README with links that are good on its page.

@@ -5,12 +5,15 @@
 import sys
 from pathlib import Path
 
+from mesh_msgs_hdf5.validation.findings import RULES
+
 from mesh_tools_test.documentation.command_pages import command_page
+from mesh_tools_test.documentation.markdown import code, plain, table
 from mesh_tools_test.documentation.message_pages import message_page
 from mesh_tools_test.documentation.node_pages import node_page
 from mesh_tools_test.documentation.package_pages import PackagePages
 from mesh_tools_test.documentation.plugin_pages import plugin_page
-from mesh_tools_test.documentation.repository import packages
+from mesh_tools_test.documentation.repository import ROOT, packages
 
 
 def write_reference(folder: Path) -> None:
@@ -22,6 +25,10 @@ def write_reference(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     pages = PackagePages(known, folder, folder.parent)
     pages.write()
+    for path in sorted((ROOT / "docs/reference").glob("*.md")):
+        pages.write_page(path, folder / path.name)
+    rules = [(code(rule), plain(meaning)) for rule, meaning in RULES.items()]
+    _write(folder / "rules.inc", table(("rule", ""), rules))  # part of file_format.md
     _write(folder / "nodes.md", node_page(known, pages, folder / "nodes.md"))
     _write(folder / "plugins.md", plugin_page(known))
     _write(folder / "commands.md", command_page(known))
