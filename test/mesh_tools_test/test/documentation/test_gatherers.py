@@ -2,11 +2,13 @@
 import pytest
 from mesh_map.base.parameter import Parameter
 
+from mesh_tools_test.documentation.docstrings import prepared
 from mesh_tools_test.documentation.markdown import plain, table
 from mesh_tools_test.documentation.message_pages import commented
 from mesh_tools_test.documentation.names_in_code import NameGatherer
 from mesh_tools_test.documentation.package_pages import PackagePages
 from mesh_tools_test.documentation.parameter_text import parameter_table
+from mesh_tools_test.documentation.python_pages import documented_modules, module_of
 from mesh_tools_test.documentation.readme_check import plugin_claims
 from mesh_tools_test.documentation.readme_claims import (
     Claim,
@@ -196,3 +198,57 @@ def test_links_of_readmes(tmp_path):
     assert relinked("[those](layers.xml)") == "those (`mesh_map/layers.xml`)"
     with pytest.raises(ValueError, match="no_such.md"):
         relinked("[a](no_such.md)")
+
+
+def test_docstrings_become_lists_and_code():
+    text = """What |x| is:
+
+    x | y
+
+costs: (V,) of
+    vertices.
+lethal, unknown: numbers
+
+A paragraph: of two
+lines.
+
+Args:
+    a: what it is,
+        at length."""
+    assert prepared(text.splitlines()) == [
+        r"What \|x\| is::",
+        "",
+        "    x | y",
+        "",
+        "* costs: (V,) of",
+        "  vertices.",
+        "* lethal, unknown: numbers",
+        "",
+        "A paragraph: of two",
+        "lines.",
+        "",
+        "Args:",
+        "    a: what it is,",
+        "        at length.",
+        "",
+    ]
+
+
+def test_modules_that_a_readme_names(tmp_path):
+    readme = tmp_path / "README.md"
+    readme.write_text(
+        "See mesh_map.base.plugins, not mesh_map.no_such nor mesh_msgs.text\n\n"
+        "    from mesh_map import MeshMap\n\n"
+        "## Python\n\n| module | |\n|---|---|\n| **`mesh_map.geometry`** | |\n"
+        "| `.topology`, `.normals` | |\n| `costs.layer.Layer` | `.walk` |\n"
+    )
+    assert documented_modules("mesh_map", readme) == [
+        "mesh_map.base.plugins",
+        "mesh_map.costs.layer",
+        "mesh_map.geometry",
+        "mesh_map.geometry.normals",
+        "mesh_map.geometry.topology",
+        "mesh_map.map.mesh_map",
+    ]
+    assert module_of("mesh_map.costs.layer.Layer.params") == "mesh_map.costs.layer"
+    assert module_of("no_such_package.module") == ""

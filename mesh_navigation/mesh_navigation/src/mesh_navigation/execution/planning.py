@@ -1,4 +1,6 @@
-"""Planning without ROS, in three lines::
+"""Planning without ROS.
+
+In three lines::
 
     from mesh_navigation.execution.planning import plan
     result = plan("garden.h5", start=(1, 2, 0), goal=(8, 9, 0.5))

@@ -1,4 +1,6 @@
-"""A whole drive without ROS: plan, follow the plan, and see how it went::
+"""A whole drive without ROS.
+
+Plan, follow the plan, and see how it went::
 
     from mesh_navigation.execution.planning import load_map
     from mesh_navigation.base.pose import Pose

@@ -8,11 +8,13 @@ from pathlib import Path
 from mesh_msgs_hdf5.validation.findings import RULES
 
 from mesh_tools_test.documentation.command_pages import command_page
+from mesh_tools_test.documentation.cpp_pages import cpp_page, write_xml
 from mesh_tools_test.documentation.markdown import code, plain, table
 from mesh_tools_test.documentation.message_pages import message_page
 from mesh_tools_test.documentation.node_pages import node_page
 from mesh_tools_test.documentation.package_pages import PackagePages
 from mesh_tools_test.documentation.plugin_pages import plugin_page
+from mesh_tools_test.documentation.python_pages import PACKAGES, python_page
 from mesh_tools_test.documentation.repository import ROOT, packages
 
 
@@ -32,6 +34,10 @@ def write_reference(folder: Path) -> None:
     _write(folder / "nodes.md", node_page(known, pages, folder / "nodes.md"))
     _write(folder / "plugins.md", plugin_page(known))
     _write(folder / "commands.md", command_page(known))
+    write_xml(folder)
+    _write(folder / "cpp.md", cpp_page(folder))
+    for name in PACKAGES:
+        _write(folder / "python" / (name + ".md"), python_page(name, known))
     for name, path in known.items():
         _write(folder / "messages" / (name + ".md"), message_page(name, path))
 
