@@ -83,9 +83,10 @@ PYTHON = {
         {"", "base"},
     ],
     "mesh_tools_test": [
+        {"site"},
         {"faults", "screen", "tutorials"},
         {"demo"},
-        {"driving", "layers", "planning", "spatial", "display", "troubleshooting"},
+        {"driving", "layers", "planning", "spatial", "display", "reference", "troubleshooting"},
         {"", "base"},
     ],
     "osmesa_harness": [{""}],

@@ -24,7 +24,9 @@ def pages(site):
 
 def test_each_page_of_docs_is_in_the_site(site):
     found = {path.relative_to(site / "html").with_suffix("") for path in pages(site)}
-    wanted = {path.relative_to(assembly.DOCS).with_suffix("") for path in assembly.DOCS.rglob("*.md")}
+    wanted = {
+        path.relative_to(assembly.DOCS).with_suffix("") for path in assembly.DOCS.rglob("*.md")
+    }
     assert wanted <= found
 
 

@@ -12,7 +12,14 @@ from typing import Dict, Iterable, List, Tuple
 
 from mesh_tools_test.troubleshooting.cpp_messages import cpp_messages
 from mesh_tools_test.troubleshooting.message import Message, unique
-from mesh_tools_test.troubleshooting.pages import CAUSE, WAY_OUT, Entry, code, page_for, read_entries
+from mesh_tools_test.troubleshooting.pages import (
+    CAUSE,
+    WAY_OUT,
+    Entry,
+    code,
+    page_for,
+    read_entries,
+)
 from mesh_tools_test.troubleshooting.python_messages import python_messages
 from mesh_tools_test.troubleshooting.sources import repository, sources
 

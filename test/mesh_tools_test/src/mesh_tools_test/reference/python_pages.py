@@ -5,8 +5,8 @@ import re
 from pathlib import Path
 from typing import Dict, Iterator, List
 
-from mesh_tools_test.documentation.markdown import block, page
-from mesh_tools_test.documentation.readme_tables import Table, tables_of
+from mesh_tools_test.reference.markdown import block, page
+from mesh_tools_test.reference.readme_tables import Table, tables_of
 
 PACKAGES = ("mesh_msgs", "mesh_msgs_hdf5", "mesh_map", "mesh_navigation")
 _NAME = re.compile(r"(?<![\w./:])(?:%s)(?:\.\w+)+" % "|".join(PACKAGES))

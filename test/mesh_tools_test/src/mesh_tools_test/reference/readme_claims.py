@@ -6,8 +6,8 @@ from typing import Any, Iterable, List, NamedTuple, Optional, Set, Tuple
 import yaml
 from mesh_map.base.parameter import Parameter
 
-from mesh_tools_test.documentation.names_in_code import ACTION, PARAMETER, SERVICE, TOPIC
-from mesh_tools_test.documentation.readme_tables import Cell, Table
+from mesh_tools_test.reference.names_in_code import ACTION, PARAMETER, SERVICE, TOPIC
+from mesh_tools_test.reference.readme_tables import Cell, Table
 
 _KINDS = {"parameter": PARAMETER, "service": SERVICE, "action": ACTION}
 _TOPICS = ("topic", "published", "subscribed")

@@ -1,21 +1,21 @@
 """The reference: pages that are made of the code, and of what the READMEs say of it.
 
-    python3 -m mesh_tools_test.documentation.reference FOLDER
+    python3 -m mesh_tools_test.reference.reference FOLDER
 """
 import sys
 from pathlib import Path
 
 from mesh_msgs_hdf5.validation.findings import RULES
 
-from mesh_tools_test.documentation.command_pages import command_page
-from mesh_tools_test.documentation.cpp_pages import cpp_page, write_xml
-from mesh_tools_test.documentation.markdown import code, plain, table
-from mesh_tools_test.documentation.message_pages import message_page
-from mesh_tools_test.documentation.node_pages import node_page
-from mesh_tools_test.documentation.package_pages import PackagePages
-from mesh_tools_test.documentation.plugin_pages import plugin_page
-from mesh_tools_test.documentation.python_pages import PACKAGES, python_page
-from mesh_tools_test.documentation.repository import ROOT, packages
+from mesh_tools_test.reference.command_pages import command_page
+from mesh_tools_test.reference.cpp_pages import cpp_page, write_xml
+from mesh_tools_test.reference.markdown import code, plain, table
+from mesh_tools_test.reference.message_pages import message_page
+from mesh_tools_test.reference.node_pages import node_page
+from mesh_tools_test.reference.package_pages import PackagePages
+from mesh_tools_test.reference.plugin_pages import plugin_page
+from mesh_tools_test.reference.python_pages import PACKAGES, python_page
+from mesh_tools_test.reference.repository import ROOT, packages
 
 
 def write_reference(folder: Path) -> None:

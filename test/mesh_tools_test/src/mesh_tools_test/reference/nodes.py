@@ -15,9 +15,9 @@ from mesh_navigation.plugins.plugin_list import BEHAVIORS, CONTROLLERS, PLANNERS
 from mesh_navigation.server.ros.check_services_node import COST_LIMIT
 from mesh_navigation.simulation import parameters as simulation_parameters
 
-from mesh_tools_test.documentation.names_in_code import NameGatherer, Use, python_files
-from mesh_tools_test.documentation.plugin_pages import INPUTS
-from mesh_tools_test.documentation.repository import ROOT
+from mesh_tools_test.reference.names_in_code import NameGatherer, Use, python_files
+from mesh_tools_test.reference.plugin_pages import INPUTS
+from mesh_tools_test.reference.repository import ROOT
 
 _HDF5 = "mesh_msgs_hdf5/src/mesh_msgs_hdf5/"
 _MAP = "mesh_map/src/mesh_map/"

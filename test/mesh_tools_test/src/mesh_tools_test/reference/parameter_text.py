@@ -4,7 +4,7 @@ from typing import Any, Iterable, List, Sequence, Tuple
 
 from mesh_map.base.parameter import Parameter
 
-from mesh_tools_test.documentation.markdown import code, plain, table
+from mesh_tools_test.reference.markdown import code, plain, table
 
 HEADER = ("parameter", "type", "default", "range", "meaning")
 _TYPES = {bool: "bool", int: "int", float: "float", str: "string", tuple: "list", dict: "dict"}

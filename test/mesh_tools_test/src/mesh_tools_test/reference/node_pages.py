@@ -2,13 +2,13 @@
 from pathlib import Path
 from typing import Dict, List
 
-from mesh_tools_test.documentation.markdown import code, page, table
-from mesh_tools_test.documentation.names_in_code import PARAMETER
-from mesh_tools_test.documentation.nodes import NODES, Node, readme_of
-from mesh_tools_test.documentation.package_pages import PackagePages
-from mesh_tools_test.documentation.parameter_text import parameter_table
-from mesh_tools_test.documentation.readme_claims import kind_of
-from mesh_tools_test.documentation.readme_tables import Table, tables_of
+from mesh_tools_test.reference.markdown import code, page, table
+from mesh_tools_test.reference.names_in_code import PARAMETER
+from mesh_tools_test.reference.nodes import NODES, Node, readme_of
+from mesh_tools_test.reference.package_pages import PackagePages
+from mesh_tools_test.reference.parameter_text import parameter_table
+from mesh_tools_test.reference.readme_claims import kind_of
+from mesh_tools_test.reference.readme_tables import Table, tables_of
 
 
 def _anchor(heading: str) -> str:

@@ -7,7 +7,7 @@ import genmsg
 import genmsg.msg_loader
 from roslib.message import get_message_class, get_service_class
 
-from mesh_tools_test.documentation.markdown import code, page, plain, table
+from mesh_tools_test.reference.markdown import code, page, plain, table
 
 _KINDS = {
     "msg": ("Messages", ("",)),

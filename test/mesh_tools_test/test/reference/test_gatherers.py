@@ -2,23 +2,23 @@
 import pytest
 from mesh_map.base.parameter import Parameter
 
-from mesh_tools_test.documentation.docstrings import prepared
-from mesh_tools_test.documentation.markdown import plain, table
-from mesh_tools_test.documentation.message_pages import commented
-from mesh_tools_test.documentation.names_in_code import NameGatherer
-from mesh_tools_test.documentation.package_pages import PackagePages
-from mesh_tools_test.documentation.parameter_text import parameter_table
-from mesh_tools_test.documentation.python_pages import documented_modules, module_of
-from mesh_tools_test.documentation.readme_check import plugin_claims
-from mesh_tools_test.documentation.readme_claims import (
+from mesh_tools_test.reference.docstrings import prepared
+from mesh_tools_test.reference.markdown import plain, table
+from mesh_tools_test.reference.message_pages import commented
+from mesh_tools_test.reference.names_in_code import NameGatherer
+from mesh_tools_test.reference.package_pages import PackagePages
+from mesh_tools_test.reference.parameter_text import parameter_table
+from mesh_tools_test.reference.python_pages import documented_modules, module_of
+from mesh_tools_test.reference.readme_check import plugin_claims
+from mesh_tools_test.reference.readme_claims import (
     Claim,
     claims_of_cell,
     claims_of_columns,
     differences,
     documented,
 )
-from mesh_tools_test.documentation.readme_tables import read_tables
-from mesh_tools_test.documentation.repository import ROOT
+from mesh_tools_test.reference.readme_tables import read_tables
+from mesh_tools_test.reference.repository import ROOT
 
 
 def gathered(folder, **sources):

@@ -11,9 +11,9 @@ from typing import Dict, Iterator, List, NamedTuple, Tuple
 
 from mesh_msgs_hdf5.commands import VERBS, mesh_tool
 
-from mesh_tools_test.documentation.markdown import block, page
-from mesh_tools_test.documentation.plugin_pages import exported_verbs
-from mesh_tools_test.documentation.repository import ROOT
+from mesh_tools_test.reference.markdown import block, page
+from mesh_tools_test.reference.plugin_pages import exported_verbs
+from mesh_tools_test.reference.repository import ROOT
 
 _COLUMNS = "100"
 _SECONDS = 60.0

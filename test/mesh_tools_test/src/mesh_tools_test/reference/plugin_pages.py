@@ -7,8 +7,8 @@ from mesh_map.base.parameter import Parameter
 from mesh_map.base.plugins import find_class
 from mesh_map.costs.layer import OF_ALL
 
-from mesh_tools_test.documentation.markdown import code, page, plain, table
-from mesh_tools_test.documentation.parameter_text import parameter_table
+from mesh_tools_test.reference.markdown import code, page, plain, table
+from mesh_tools_test.reference.parameter_text import parameter_table
 
 INPUTS = Parameter(
     "inputs", (), description="names of the layers that it reads; default: all before it"

@@ -5,8 +5,8 @@ import shutil
 from pathlib import Path
 from typing import Dict
 
-from mesh_tools_test.documentation.markdown import code
-from mesh_tools_test.documentation.repository import ROOT
+from mesh_tools_test.reference.markdown import code
+from mesh_tools_test.reference.repository import ROOT
 
 _LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 _ELSEWHERE = re.compile(r"^(?:\w+:|#)")

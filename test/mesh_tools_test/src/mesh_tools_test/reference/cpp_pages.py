@@ -7,8 +7,8 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Dict, Iterator, List, Tuple
 
-from mesh_tools_test.documentation.markdown import block, page
-from mesh_tools_test.documentation.repository import ROOT
+from mesh_tools_test.reference.markdown import block, page
+from mesh_tools_test.reference.repository import ROOT
 
 PROJECT, XML = "mesh_map", "doxygen/xml"  # below the folder of the reference
 _OF_PROJECT = "   :project: %s\n" % PROJECT

@@ -5,17 +5,17 @@ from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tu
 
 from mesh_map.base.parameter import Parameter
 
-from mesh_tools_test.documentation.names_in_code import ACTION, PARAMETER, SERVICE, TOPIC, Use
-from mesh_tools_test.documentation.node_pages import tables_of_node
-from mesh_tools_test.documentation.nodes import NODES, Node, uses_of
-from mesh_tools_test.documentation.plugin_pages import (
+from mesh_tools_test.reference.names_in_code import ACTION, PARAMETER, SERVICE, TOPIC, Use
+from mesh_tools_test.reference.node_pages import tables_of_node
+from mesh_tools_test.reference.nodes import NODES, Node, uses_of
+from mesh_tools_test.reference.plugin_pages import (
     INPUTS,
     KINDS,
     Plugin,
     exported_plugins,
     parameters_of,
 )
-from mesh_tools_test.documentation.readme_claims import (
+from mesh_tools_test.reference.readme_claims import (
     Claim,
     claims_of_cell,
     claims_of_columns,
@@ -24,7 +24,7 @@ from mesh_tools_test.documentation.readme_claims import (
     kind_of,
     normal,
 )
-from mesh_tools_test.documentation.readme_tables import Table, tables_of
+from mesh_tools_test.reference.readme_tables import Table, tables_of
 
 _HEADINGS = {  # of plugins, and the package whose README has it
     "Layers": "mesh_map",

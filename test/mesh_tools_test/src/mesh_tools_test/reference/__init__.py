@@ -1,0 +1,1 @@
+"""The reference of the site: pages that are made of the code, and READMEs held to it."""
