@@ -19,6 +19,9 @@ from mesh_tools_test.reference.readme_claims import (
 )
 from mesh_tools_test.reference.readme_tables import read_tables
 from mesh_tools_test.reference.repository import ROOT
+from mesh_tools_test.documentation.readme_tables import read_tables
+from mesh_tools_test.documentation.rviz_properties import properties
+from mesh_tools_test.documentation.repository import ROOT
 
 
 def gathered(folder, **sources):
@@ -164,6 +167,26 @@ def test_differences_of_others():
     assert differences(Claim("x", "other", None, None), Parameter("x", "mean")) != []
     assert differences(Claim("x", (), None, None), Parameter("x", (1,))) != []
     assert differences(Claim("x", False, None, None), Parameter("x", True)) != []
+
+
+def test_properties_of_rviz(tmp_path):
+    (tmp_path / "some.cpp").write_text(
+        """
+  mode_ = new rviz::EnumProperty("Mode", "Box", "What a drag (or click) "
+                                 "selects.", parent, SLOT(go()), this);
+  size_ = make.number("Size", 0.5f, tr("In meters"), parent);  // make.box("Not", true, "x")
+  topic_ = sources.topic<mesh_msgs::Mesh>("Topic", "The mesh.", parent);
+  alpha_ = make.alpha("Alpha", "faces", parent);
+  color_ = make.color("Color", QColor(1, 2, 3), "Of \\"this\\".", parent);
+"""
+    )
+    assert [one[:3] for one in properties(tmp_path)] == [
+        ("Mode", "Box", "What a drag (or click) selects."),
+        ("Size", "0.5", ""),
+        ("Topic", "", "The mesh."),
+        ("Alpha", "1", "1 is opaque: of faces"),
+        ("Color", "", 'Of "this".'),
+    ]
 
 
 def test_comments_of_definitions():

@@ -1,7 +1,7 @@
 """Plugins that packages export, with their parameters."""
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Tuple
 
 from mesh_map.base.parameter import Parameter
 from mesh_map.base.plugins import find_class
@@ -9,10 +9,26 @@ from mesh_map.costs.layer import OF_ALL
 
 from mesh_tools_test.reference.markdown import code, page, plain, table
 from mesh_tools_test.reference.parameter_text import parameter_table
+from mesh_tools_test.documentation.markdown import code, page, plain, table
+from mesh_tools_test.documentation.parameter_text import parameter_table
+from mesh_tools_test.documentation.rviz_properties import properties
 
 INPUTS = Parameter(
     "inputs", (), description="names of the layers that it reads; default: all before it"
 )
+
+
+_PLUGIN = "rviz_mesh_plugin"
+_MADE_BY = {  # source -> whose properties it makes
+    "mesh_properties": "TexturedMesh, and of the mesh of Map3D",
+    "cost_properties": "TexturedMesh, of its cost layers",
+    "map3d_display": "Map3D",
+    "label_properties": "the display ClusterLabel",
+    "selection_properties": "the tool ClusterLabel",
+    "surface_pose_tool": "MeshGoal and MeshPoseEstimate",
+    "mesh_inspect_tool": "MeshInspect",
+    "mesh_measure_tool": "MeshMeasure",
+}
 
 
 class Plugin(NamedTuple):
@@ -106,10 +122,22 @@ def _of_rviz(heading: str, base: str, plugins: List[Plugin]) -> str:
             of_class.setdefault(plugin.type, []).append(plugin)
     rows = []
     for names in of_class.values():
-        first, *others = sorted(names, key=lambda one: one.package != "rviz_mesh_plugin")
+        first, *others = sorted(names, key=lambda one: one.package != _PLUGIN)
         released = ", ".join(code(one.name) for one in others)
         rows.append((code(first.name), released, plain(first.about)))
     return page("## " + heading, table(("name", "released name", ""), rows))
+
+
+def _properties(folder: Path) -> Iterator[str]:
+    """Tables of the properties in RViz."""
+    found = properties(folder / "src")
+    for source, title in _MADE_BY.items():
+        rows = [
+            (plain(one.name), code(one.default), plain(one.about))
+            for one in found
+            if one.path.stem == source
+        ]
+        yield page("### Properties of " + title, table(("property", "default", ""), rows))
 
 
 def plugin_page(packages: Dict[str, Path]) -> str:
@@ -130,7 +158,9 @@ def plugin_page(packages: Dict[str, Path]) -> str:
             for kind in KINDS
         ),
         *(_of_rviz(heading, base, plugins) for heading, base in _OF_RVIZ),
-        "Their properties and status lines stand [with the package](packages/rviz_mesh_plugin.md).",
+        "Status lines, keys and what the properties below mean in full stand"
+        " [with the package](packages/rviz_mesh_plugin.md).",
+        *_properties(packages[_PLUGIN]),
         "## Verbs of mesh_tool",
         "Those that other packages than mesh_msgs_hdf5 export; all verbs are among the"
         " [commands](commands.md#mesh_tool).",

@@ -1,9 +1,11 @@
-"""Holds the tables of READMEs to the code: names of nodes, plugins with their parameters."""
+"""Holds the tables of READMEs to the code: names of nodes, plugins, parameters, properties."""
 import math
+import re
 from pathlib import Path
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 from mesh_map.base.parameter import Parameter
+from mesh_msgs_hdf5.commands import VERBS
 
 from mesh_tools_test.reference.names_in_code import ACTION, PARAMETER, SERVICE, TOPIC, Use
 from mesh_tools_test.reference.node_pages import tables_of_node
@@ -13,6 +15,7 @@ from mesh_tools_test.reference.plugin_pages import (
     KINDS,
     Plugin,
     exported_plugins,
+    exported_verbs,
     parameters_of,
 )
 from mesh_tools_test.reference.readme_claims import (
@@ -25,6 +28,8 @@ from mesh_tools_test.reference.readme_claims import (
     normal,
 )
 from mesh_tools_test.reference.readme_tables import Table, tables_of
+from mesh_tools_test.documentation.readme_tables import Table, tables_of
+from mesh_tools_test.documentation.rviz_properties import properties
 
 _HEADINGS = {  # of plugins, and the package whose README has it
     "Layers": "mesh_map",
@@ -174,3 +179,53 @@ def _is_bounded(parameter: Parameter) -> bool:
     """On both sides."""
     limits = (parameter.minimum, parameter.maximum)
     return all(limit is not None and math.isfinite(limit) for limit in limits)
+
+
+def check_rviz(packages: Dict[str, Path]) -> List[Finding]:
+    """Of RViz: names of displays, tools and panels, and of their properties."""
+    folder = packages["rviz_mesh_plugin"]
+    text, tables = (folder / "README.md").read_text(encoding="utf-8"), tables_of(
+        folder / "README.md"
+    )
+    plugins = {
+        plugin.name
+        for package in ("rviz_mesh_plugin", "rviz_map_plugin")
+        for plugin in exported_plugins(packages[package])
+    }
+    told = set(re.findall(r"`(rviz_(?:mesh|map)_plugin/\w+)`", text))
+    found = [_finding(name, "", "is in no README") for name in sorted(plugins - told)]
+    found += [_finding(name, "", "is no plugin") for name in sorted(told - plugins)]
+    in_code = {one.name for one in properties(folder / "src")}
+    in_tables = {
+        name.replace("\\", "")
+        for table in tables
+        for row in table.rows
+        if table.header[0] == "property"
+        for name in row[0].text.strip("→ ").split(", ")
+    }
+    for name in sorted(in_code - in_tables):
+        found.append(_finding("rviz", name, "(property) is in the code, and in no table"))
+    sources = "".join(path.read_text(encoding="utf-8") for path in folder.glob("src/**/*.cpp"))
+    for name in sorted(in_tables - in_code):
+        if '"%s"' % name in sources:  # made in a loop over such names
+            continue
+        found.append(_finding("rviz", name, "(property) is in a table, and not in the code"))
+    return found
+
+
+def check_verbs(packages: Dict[str, Path]) -> List[Finding]:
+    """Of mesh_tool: its verbs, also those that other packages export."""
+    verbs = {name.split()[0] for name in VERBS}
+    verbs |= {
+        verb.split()[0] for folder in packages.values() for verb, *_ in exported_verbs(folder)
+    }
+    told = {
+        code.split()[0].replace("--completion", "completion")
+        for table in tables_of(packages["mesh_msgs_hdf5"] / "README.md")
+        if table.headings[-1] == "Command mesh_tool" and table.header[0] == "command"
+        for row in table.rows
+        for code in row[0].codes
+        if not code.startswith("[")
+    }
+    found = [_finding("mesh_tool", name, "is in no table") for name in sorted(verbs - told)]
+    return found + [_finding("mesh_tool", name, "is no verb") for name in sorted(told - verbs)]
