@@ -190,7 +190,7 @@ def test_the_key_names_lines_and_marks_places_and_lengths(hills, camera):
     (dark,) = np.nonzero((below[:, width // 2 + 200 :] < 40).all(axis=2)[int(0.7 * key.STRIP)])
     meters = np.ptp(dark) * camera.meters([(START + GOAL) / 2])[0]
     assert meters == pytest.approx(5.0, abs=0.15)  # as its text says
-    # What the key says has room: nothing dark at the edges, and the bar's text beside the last line.
+    # Nothing of the key is at the edges, and there is a gap before the bar's text.
     columns = np.nonzero((below < 120).all(axis=2).any(axis=0))[0]
     assert columns.min() > 5 and columns.max() < width - 5
     assert np.diff(columns).max() > 25

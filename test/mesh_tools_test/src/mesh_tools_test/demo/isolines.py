@@ -34,15 +34,13 @@ def isolines(vertices, faces, values, difference):
     number = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts)
     value = difference * (first[face] + number)
     low, middle, high, points = low[face], middle[face], high[face], points[face]
-    ends = np.empty((len(face), 2, 3))
-    ends[:, 0] = _between(points[:, 0], points[:, 2], low, high, value)
-    below = (value <= middle)[:, None]
-    ends[:, 1] = np.where(
-        below,
+    on_longest = _between(points[:, 0], points[:, 2], low, high, value)
+    on_another = np.where(
+        (value <= middle)[:, None],
         _between(points[:, 0], points[:, 1], low, middle, value),
         _between(points[:, 1], points[:, 2], middle, high, value),
     )
-    return ends, value
+    return np.stack([on_longest, on_another], axis=1), value
 
 
 def _between(start, end, low, high, value):
