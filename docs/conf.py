@@ -1,6 +1,8 @@
 """Sphinx's settings of the site; `./run docs` calls it on a copy of this folder with what is made of the code."""
 import os
 
+from mesh_tools_test.reference import docstrings
+
 project = "Mesh Tools"
 author = "Mesh Tools developers"
 copyright = author
@@ -17,15 +19,19 @@ extensions = [
 ]
 myst_enable_extensions = ["colon_fence", "dollarmath", "deflist"]
 myst_heading_anchors = 4
-myst_fence_as_directive = ["mermaid"]
 root_doc = "index"
 exclude_patterns = []
 
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
-breathe_projects = {"mesh_map_core": os.path.abspath("doxygen/xml")}
-breathe_default_project = "mesh_map_core"
+breathe_projects = {"mesh_map": "reference/doxygen/xml"}
+breathe_default_project = "mesh_map"
 
 html_theme = "furo"
 html_title = "Mesh Tools"
 copybutton_prompt_text = "$ "
+
+
+def setup(app):
+    """Docstrings are written for readers of the sources."""
+    app.connect("autodoc-process-docstring", docstrings.prepare, priority=400)

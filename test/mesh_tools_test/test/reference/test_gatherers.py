@@ -19,9 +19,9 @@ from mesh_tools_test.reference.readme_claims import (
 )
 from mesh_tools_test.reference.readme_tables import read_tables
 from mesh_tools_test.reference.repository import ROOT
-from mesh_tools_test.documentation.readme_tables import read_tables
-from mesh_tools_test.documentation.rviz_properties import properties
-from mesh_tools_test.documentation.repository import ROOT
+from mesh_tools_test.reference.readme_tables import read_tables
+from mesh_tools_test.reference.rviz_properties import properties
+from mesh_tools_test.reference.repository import ROOT
 
 
 def gathered(folder, **sources):

@@ -20,19 +20,19 @@ from mesh_tools_test.reference.plugin_pages import exported_plugins
 from mesh_tools_test.reference.python_pages import PACKAGES, documented_modules
 from mesh_tools_test.reference.reference import write_reference
 from mesh_tools_test.reference.repository import ROOT, packages
-from mesh_tools_test.documentation.cpp_pages import XML
-from mesh_tools_test.documentation.docstrings import prepared
-from mesh_tools_test.documentation.nodes import NODES, gathered_uses
-from mesh_tools_test.documentation.readme_check import (
+from mesh_tools_test.reference.cpp_pages import XML
+from mesh_tools_test.reference.docstrings import prepared
+from mesh_tools_test.reference.nodes import NODES, gathered_uses
+from mesh_tools_test.reference.readme_check import (
     check_nodes,
     check_plugins,
     check_rviz,
     check_verbs,
 )
-from mesh_tools_test.documentation.plugin_pages import exported_plugins
-from mesh_tools_test.documentation.python_pages import PACKAGES, documented_modules
-from mesh_tools_test.documentation.reference import write_reference
-from mesh_tools_test.documentation.repository import ROOT, packages
+from mesh_tools_test.reference.plugin_pages import exported_plugins
+from mesh_tools_test.reference.python_pages import PACKAGES, documented_modules
+from mesh_tools_test.reference.reference import write_reference
+from mesh_tools_test.reference.repository import ROOT, packages
 
 # node or plugin, and a name -> why it is in the code, or in a table, alone
 EXEMPT = {

@@ -9,9 +9,9 @@ from mesh_map.costs.layer import OF_ALL
 
 from mesh_tools_test.reference.markdown import code, page, plain, table
 from mesh_tools_test.reference.parameter_text import parameter_table
-from mesh_tools_test.documentation.markdown import code, page, plain, table
-from mesh_tools_test.documentation.parameter_text import parameter_table
-from mesh_tools_test.documentation.rviz_properties import properties
+from mesh_tools_test.reference.markdown import code, page, plain, table
+from mesh_tools_test.reference.parameter_text import parameter_table
+from mesh_tools_test.reference.rviz_properties import properties
 
 INPUTS = Parameter(
     "inputs", (), description="names of the layers that it reads; default: all before it"

@@ -28,8 +28,8 @@ from mesh_tools_test.reference.readme_claims import (
     normal,
 )
 from mesh_tools_test.reference.readme_tables import Table, tables_of
-from mesh_tools_test.documentation.readme_tables import Table, tables_of
-from mesh_tools_test.documentation.rviz_properties import properties
+from mesh_tools_test.reference.readme_tables import Table, tables_of
+from mesh_tools_test.reference.rviz_properties import properties
 
 _HEADINGS = {  # of plugins, and the package whose README has it
     "Layers": "mesh_map",

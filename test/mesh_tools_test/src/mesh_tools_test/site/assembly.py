@@ -15,7 +15,7 @@ from mesh_tools_test.reference.repository import ROOT, packages
 from mesh_tools_test.tutorials.tutorial import Tutorial, read_tutorial
 
 DOCS = ROOT / "docs"
-ARCHITECTURE = "architecture.md"  # written for readers of the tree: its links lead to sources
+DIAGRAM = ("```mermaid", "```{mermaid}")  # as readers of the tree have it, and as Sphinx does
 
 
 class SiteError(Exception):
@@ -41,9 +41,11 @@ def assemble(source: Path, pictures: Path) -> Set[str]:
     """
     shutil.rmtree(str(source), ignore_errors=True)
     shutil.copytree(str(DOCS), str(source))
-    page = source / ARCHITECTURE
     links = PackagePages(packages(), source / "reference", source)
-    page.write_text(links.relinked(page.read_text(encoding="utf-8"), DOCS, page), encoding="utf-8")
+    for path in [*DOCS.glob("*.md"), *(DOCS / "troubleshooting").glob("*.md")]:
+        page = source / path.relative_to(DOCS)
+        links.write_page(path, page)
+        page.write_text(page.read_text(encoding="utf-8").replace(*DIAGRAM), encoding="utf-8")
     write_reference(source / "reference")
     return _place_pictures(source / "tutorials" / "pictures", pictures)
 
