@@ -23,6 +23,8 @@ root_doc = "index"
 exclude_patterns = []
 
 autodoc_typehints = "description"
+napoleon_use_ivar = True  # attributes of a docstring are members, too
+suppress_warnings = ["ref.python"]  # what a package also has under its own name
 autodoc_member_order = "bysource"
 breathe_projects = {"mesh_map": "reference/doxygen/xml"}
 breathe_default_project = "mesh_map"

@@ -42,7 +42,7 @@ def assemble(source: Path, pictures: Path) -> Set[str]:
     shutil.rmtree(str(source), ignore_errors=True)
     shutil.copytree(str(DOCS), str(source))
     links = PackagePages(packages(), source / "reference", source)
-    for path in [*DOCS.glob("*.md"), *(DOCS / "troubleshooting").glob("*.md")]:
+    for path in [DOCS / "architecture.md", *(DOCS / "troubleshooting").glob("*.md")]:
         page = source / path.relative_to(DOCS)
         links.write_page(path, page)
         page.write_text(page.read_text(encoding="utf-8").replace(*DIAGRAM), encoding="utf-8")
