@@ -44,6 +44,7 @@ CPP = {
 
 PYTHON = {
     "example_mesh_layer": [{""}],
+    "example_mesh_navigation": [{""}],
     "mesh_map": [
         {"commands", "ros"},
         {"io", "layers"},

@@ -55,7 +55,7 @@ def test_unknown_command_is_refused():
 @pytest.mark.parametrize(
     "arguments, hint",
     [
-        (["nothing"], "there are: example_mesh_layer label_manager mbf_"),
+        (["nothing"], "there are: example_mesh_layer example_mesh_navigation label_manager mbf_"),
         (["--sanitize", "mesh_msgs"], "there are: mesh_map rviz_mesh_plugin "),
         (["--sanitize=thread", "Bvh.*"], "names of tests come after --"),
         (["--sanitize=memory"], "there is --sanitize"),
