@@ -65,15 +65,15 @@ def test_random_goals_are_reached(name, planner):
     mesh_map, random = MapWithCosts(mesh, costs), np.random.default_rng(5)
     controller, planner = make_controller(mesh_map, TYPE), make_planner(mesh_map, planner)
     arrived = 0
-    for _ in range(6):
+    for _ in range(15):
         places = [random_place(mesh, random, costs) for _ in range(2)]
         start, goal = (Pose.at(place, random.uniform(-3, 3)) for place in places)
-        went = drive(mesh_map, planner, controller, start=start, goal=goal, max_time=300.0)
-        if went.plan.succeeded:
+        if arrived < 3 and planner.make_plan(start, goal).succeeded:
+            went = drive(mesh_map, planner, controller, start=start, goal=goal, max_time=300.0)
             arrived += 1
             check_arrived(went)
             check_limits(went, controller.values)
-    assert arrived >= 2 if planner.name == STRAIGHT else 4
+    assert arrived == 3
 
 
 def test_a_slope_is_driven_to_the_next_storey():

@@ -102,6 +102,7 @@ def test_the_edge_of_a_storey_is_not_left(start, goal, said):
     result = planned(MeshMap(mesh.vertices, mesh.faces), start, goal)
     assert result.outcome == GetPathOutcome.NO_PATH_FOUND
     assert re.search(said, result.message), result.message
+    assert result.lasting  # nobody has to try again
 
 
 def test_the_border_of_a_hole():
@@ -172,10 +173,12 @@ def test_only_open_faces_are_crossed():
 def test_outcomes(start, goal, outcome, said):
     result = planned(MapWithCosts(GRID, WALL), start, goal)
     assert (result.outcome, len(result.poses) > 1) == (outcome, outcome == 0)
-    assert said in result.message
+    assert said in result.message and not result.lasting
 
 
-@pytest.mark.parametrize("cost, limit, passes", [(0.9, 1.0, True), (1.1, 1.0, False), (1.1, 2, True)])
+@pytest.mark.parametrize(
+    "cost, limit, passes", [(0.9, 1.0, True), (1.1, 1.0, False), (1.1, 2, True)]
+)
 def test_the_cost_limit(cost, limit, passes):
     mesh_map = MapWithCosts(GRID, np.where(np.isinf(WALL), cost, 0.0))
     result = planned(mesh_map, [2, 2, 0], [8, 2, 0], cost_limit=limit)

@@ -74,6 +74,7 @@ class StraightPlanner(MeshPlanner):
             text = f"start {vector_text(begin.position)} is blocked: the ground there is {closed}"
             raise PlanFailure(GetPathOutcome.INVALID_START, text)
         track = self._walked(begin, end, cancellation)
+        lasting = bool(track.obstacle)  # whatever sensors see, the surface stays as it is
         track = self._as_far_as_open(track, costs, values)
         closed = self._closed(end, costs, values)
         missed = math.dist(track.points[-1], end.position)
@@ -83,7 +84,7 @@ class StraightPlanner(MeshPlanner):
             if closed:
                 text = f"goal {vector_text(end.position)} is blocked: the ground there is {closed}"
             if not missed <= tolerance:
-                raise PlanFailure(outcome, text)
+                raise PlanFailure(outcome, text, lasting=lasting)
             return self._result(track, goal, values, f"; it ends {missed:.2f} m before it: {text}")
         return self._result(track, goal, values, "")
 
@@ -123,9 +124,7 @@ class StraightPlanner(MeshPlanner):
             way, crossed = np.repeat(way, 2, axis=0), np.array([begin.face])
         return Track(way, crossed, _why_it_ends(walk, end))
 
-    def _as_far_as_open(
-        self, track: Track, costs: np.ndarray, values: Mapping[str, Any]
-    ) -> Track:
+    def _as_far_as_open(self, track: Track, costs: np.ndarray, values: Mapping[str, Any]) -> Track:
         """The way up to the first face that may not be crossed."""
         geometry, points, faces = self.map.geometry, track.points, track.faces
         corners = geometry.faces[faces].astype(np.int64)
@@ -138,7 +137,9 @@ class StraightPlanner(MeshPlanner):
         kept = points[: first + 1] if first else np.repeat(points[:1], 2, axis=0)
         what = self._obstacle(corners[first][closed[first]][0], costs, values)
         where = f"after {path_length(kept):.2f} m, at {vector_text(kept[-1])}"
-        return Track(kept, faces[: max(first, 1)], f"is blocked {where}: the ground there is {what}")
+        return Track(
+            kept, faces[: max(first, 1)], f"is blocked {where}: the ground there is {what}"
+        )
 
     def _result(
         self, track: Track, goal: Pose, values: Mapping[str, Any], remark: str
