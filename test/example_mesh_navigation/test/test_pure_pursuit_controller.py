@@ -79,8 +79,11 @@ def test_random_goals_are_reached(name, planner):
 def test_a_slope_is_driven_to_the_next_storey():
     mesh = zoo.two_storeys()
     start, goal = Pose.at([0.5, 13, 0], 0.0), Pose.at([11.5, 13, 3], math.pi / 2)
-    went = drive(MapWithCosts(mesh), STRAIGHT, TYPE, start=start, goal=goal)
+    mesh_map = MapWithCosts(mesh)
+    controller = make_controller(mesh_map, TYPE)
+    went = drive(mesh_map, STRAIGHT, controller, start=start, goal=goal)
     check_arrived(went)
+    check_limits(went, controller.values)
     length = 3.0 + math.hypot(8.0, 3.0)
     assert went.driven_length == pytest.approx(length, abs=0.15)
     assert np.abs(went.track[:, 1] - 13.0).max() < 0.1
@@ -160,6 +163,18 @@ def test_the_body_keeps_off_walls():
     went = drive(mesh_map, planner, controller, start=start, goal=goal)
     check_arrived(went)
     assert went.clearance >= 0.4
+
+
+def test_a_path_that_is_too_narrow_for_the_body_is_not_driven():
+    walls = lethal_where(PLANE, lambda at: np.abs(at[:, 1] - 5.0) > 1.5)
+    mesh_map = MapWithCosts(PLANE, walls)
+    body = Body(mesh_map.geometry, RobotShape(radius=0.8))
+    controller = make_controller(mesh_map, TYPE, body=body)
+    start, goal = Pose.at([1, 5, 0], -0.1), Pose.at([9, 4.1, 0])  # of a planner without a body
+    went = drive(mesh_map, STRAIGHT, controller, start=start, goal=goal)
+    assert went.plan.succeeded and not went.arrived
+    assert "BLOCKED_PATH" in went.result.message
+    assert went.clearance >= 0.8 - 0.02 and went.driven_length > 2.0
 
 
 def test_bends_are_driven_as_fast_as_the_side_allows():

@@ -176,6 +176,18 @@ def test_outcomes(start, goal, outcome, said):
     assert said in result.message and not result.lasting
 
 
+def test_a_robot_beside_a_lethal_vertex_may_leave():
+    costs = lethal_where(GRID, lambda at: (at[:, 0] == 5.0) & (at[:, 1] == 5.0))
+    mesh_map = MapWithCosts(GRID, costs)
+    start = [4.6, 4.9, 0.0]  # in a face of which that is a corner, but not the nearest one
+    face = mesh_map.faces[mesh_map.closest_face(start, 0.1).face]
+    assert np.isinf(costs[face]).any()
+    assert planned(mesh_map, start, [2, 4.0, 0]).succeeded
+    towards = planned(mesh_map, start, [8, 6.0, 0])
+    assert towards.outcome == GetPathOutcome.NO_PATH_FOUND
+    assert "is blocked after 0.00 m" in towards.message
+
+
 @pytest.mark.parametrize(
     "cost, limit, passes", [(0.9, 1.0, True), (1.1, 1.0, False), (1.1, 2, True)]
 )

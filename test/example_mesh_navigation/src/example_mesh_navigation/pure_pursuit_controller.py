@@ -259,7 +259,7 @@ class PurePursuitController(MeshController):
         if velocity.x > wanted.x:
             reach = stopping_distance(velocity.x, brakes, self._period)
             if sight.free_arc(velocity.yaw / velocity.x, reach) is not None:
-                return wanted
+                return velocity._replace(x=wanted.x)
         return velocity
 
 
