@@ -16,6 +16,7 @@ PROGRAM = Path(__file__).resolve().parents[2] / "nodes" / "mesh_tool"
 # what a verb of a stranger may do
 WASH = """
 import os, signal, sys, time
+from mesh_msgs_hdf5.files.save import save_file
 from mesh_msgs_hdf5.commands._common import add_output_options, say
 from mesh_msgs_hdf5.model.errors import MapFileError
 
@@ -36,6 +37,10 @@ def run(arguments):
         raise MapFileError("value", "a.h5", "it is clean", "leave it")
     if arguments.how == "code":
         return 7
+    if os.path.isdir(arguments.how):
+        save_file(os.path.join(arguments.how, "clean"), b"x")
+        print(os.getpid(), flush=True)
+        time.sleep(60)
     if arguments.how == "wait":
         try:
             print(os.getpid(), flush=True)
@@ -128,9 +133,9 @@ def test_its_exit_code_is_kept(packages, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def started():
+def started(how="wait"):
     process = subprocess.Popen(
-        [PROGRAM, "wash", "wait"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [PROGRAM, "wash", how], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     return process, int(process.stdout.readline())
 
@@ -154,6 +159,17 @@ def test_an_interrupt_reaches_it_once(packages, to_both):
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130 and out == "tidy\n" and is_gone(child)
     assert err == "mesh_tool: error: interrupted, nothing was saved\n"
+
+
+@pytest.mark.parametrize("number,code", [(signal.SIGINT, 130), (signal.SIGSEGV, 139)])
+def test_what_one_saved_before_it_was_ended_is_said(packages, tmp_path, number, code):
+    place = tmp_path / "basket"
+    place.mkdir()
+    process, child = started(str(place))
+    os.kill(child, number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == code and "saved already: %s/clean" % place in err, err
+    assert "nothing was saved" not in err
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])

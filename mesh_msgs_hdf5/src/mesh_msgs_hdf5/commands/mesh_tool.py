@@ -15,12 +15,14 @@ from typing import Callable, Dict, Iterable, List, NoReturn, Optional, Set, Tupl
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.commands import ELSEWHERE, VERBS, command, completion
+from mesh_msgs_hdf5.files.saved_files import SavedFiles
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.verbs.exported_verb import ExportedVerb
 
 PROGRAM = "mesh_tool"
 VERSION = "0.1.0"
 _HELP = ("-h", "--help")
+_SHOWN = 5  # of files that were saved
 _NAME = "--\0"  # stands for a -- that is a name; no argument has a NUL
 _WORD = re.compile(r"[a-z][a-z0-9-]*")
 _CODES = "exit codes: 0 done, 1 it could not be done, 2 wrong usage"
@@ -149,9 +151,12 @@ def _run_elsewhere(verb: ExportedVerb, argv: List[str]) -> int:
     from mesh_msgs_hdf5.verbs.verb_process import run_verb
 
     sys.stdout.flush()
+    files = SavedFiles(argv)
     code, crash = run_verb(verb, argv[len(verb.name.split()) :])
     if crash:
-        _say(crash)
+        saved = files.since()
+        hint = _saved(saved) if saved else "a file that it was to write is not there, or as before"
+        _say("%s (%s)" % (crash, hint))
     return code
 
 
@@ -180,7 +185,7 @@ def run_exported(verb: List[str], argv: List[str], parent: int) -> int:
         return _parsed(parser, argv)
 
     try:
-        return _guarded(parse)
+        return _guarded(parse, argv)
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         place = "%s, line %d" % (last.filename, last.lineno)
@@ -321,16 +326,23 @@ def main(argv: Optional[List[str]] = None) -> int:
         _complete()
     argv = list(sys.argv[1:] if argv is None else argv)
     if argv:
-        return _guarded(partial(_parse, argv))
+        return _guarded(partial(_parse, argv), argv)
     exported, problems = _exported(argv)
     _say_problems(problems)
     make_parser(exported=exported.values()).print_help()
     return 2
 
 
-def _guarded(parse: Callable[[], argparse.Namespace]) -> int:
+def _saved(paths: List[str]) -> str:
+    shown = ", ".join(paths[:_SHOWN])
+    if len(paths) > _SHOWN:
+        shown += ", and %d more files" % (len(paths) - _SHOWN)
+    return "but saved already: " + shown
+
+
+def _guarded(parse: Callable[[], argparse.Namespace], argv: List[str]) -> int:
     """Run what the arguments say; returns the exit code, and says in one line what went wrong."""
-    trouble = 1
+    trouble, files = 1, SavedFiles(argv)
     try:
         arguments = parse()
         trouble = arguments.trouble
@@ -347,6 +359,7 @@ def _guarded(parse: Callable[[], argparse.Namespace]) -> int:
         _say("cannot write the output: %s" % (error.strerror or error))
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
-        _say("interrupted, nothing was saved")
+        saved = files.since()
+        _say("interrupted, " + (_saved(saved) if saved else "nothing was saved"))
         return 130
     return trouble

@@ -204,6 +204,11 @@ def temporary_path(target: str, token: str) -> str:
     return os.path.join(folder, _PREFIX + short + "." + token + _SUFFIX)
 
 
+def is_temporary(name: str) -> bool:
+    """Whether a file in a folder is named as one that is being saved."""
+    return name.startswith(_PREFIX) and name.endswith(_SUFFIX)
+
+
 def temporary_paths(target: str) -> List[str]:
     """The temporary files beside a file that are there, in use or not; sorted."""
     folder = os.path.dirname(target)

@@ -233,8 +233,10 @@ class _Reader:
             text = "the process that reads map files cannot be started, or was ended (%s)" % error
             hint = "see its last words, and try again"
             raise MapFileError("crashed", path, text, hint) from error
-        except BaseException:
-            self.close()
+        except BaseException:  # also an interrupt: who asks what was saved is told the truth
+            child, self._child = self._child, None
+            if child is not None:
+                child.end()
             raise
         return _value_of(path, reply, self._memory_limit)
 

@@ -60,10 +60,9 @@ def _crash(verb: ExportedVerb, number: int) -> str:
         name = signal.Signals(number).name
     except ValueError:
         name = "signal %d" % number
-    hint = "a file that it was to write is not there, or as it was before"
     if number == signal.SIGKILL:
-        hint += "; was there enough memory?"
-    return "verb %s of package %s crashed: %s (%s)" % (verb.name, verb.package, name, hint)
+        name += "; was there enough memory?"
+    return "verb %s of package %s crashed: %s" % (verb.name, verb.package, name)
 
 
 def _command(verb: ExportedVerb, arguments: List[str]) -> List[str]:
