@@ -224,3 +224,40 @@ def test_layers_of_another_geometry_are_not_taken_on_trust(tmp_path, capsys, lin
     mesh_map.compute_layers([layer], stored=source.stored_costs, on_trust=source.costs_on_trust)
     costs = mesh_map.layers["height_diff"].result.costs
     assert not (costs == np.float32(0.0123)).any()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["refine", "{f}", "{o}", "--max-edge-length", "0.06"],
+        ["crop", "{f}", "{o}", "--box", "0.3,0.2,-9,0.8,0.9,9"],
+        ["merge", "{f}", "{f}", "{o}"],
+        ["import", "{f}", "{o}", "--scale", "0.1"],
+    ],
+)
+def test_what_values_mean_stays_with_them(tmp_path, capsys, line):
+    """Unit and rule of layers, with the numbers of what is there now; parameters of attributes."""
+    mesh = full_map()
+    costs = np.linspace(0, 1, len(mesh.vertices)).astype(np.float32)
+    costs[:3] = np.nan
+    rule = {"unit": "m", "comparison": "above", "threshold": 0.25, "lethal": 5, "unknown": 5}
+    mesh.vertex_costs, mesh.layer_parameters = {"mine": costs}, {
+        "mine": {"radius": 0.3, "type": "my/Layer", "geometry": "x", "layer_info": rule}
+    }
+    mesh.vertex_attributes["kind"] = np.arange(len(costs))
+    mesh.vertex_parameters = {"kind": {"net": "a"}}
+    mesh.face_parameters = {"number": {"net": "b"}}
+    MapFile.write(tmp_path / "a.h5", mesh)
+    names = {"f": tmp_path / "a.h5", "o": tmp_path / "b.h5"}
+    assert main([word.format(**names) for word in line]) == 0
+    found = MapFile(names["o"])
+    parameters, values = found.layer_parameters("mine"), found.vertex_costs("mine")
+    info = parameters.pop("layer_info")
+    assert set(parameters) == {"carried_by", "type"} and parameters["type"] == "my/Layer"
+    assert info == dict(
+        rule, lethal=int((values > 0.25).sum()), unknown=int(np.isnan(values).sum())
+    )
+    assert info["lethal"] not in (0, 5)
+    assert found.vertex_parameters("kind") == {"net": "a"}
+    assert found.face_parameters("number") == {"net": "b"}
+    assert "left out: unit" not in capsys.readouterr().out

@@ -167,3 +167,25 @@ def test_an_attribute_of_vertices_does_not_take_the_name_of_a_layer():
     assert np.array_equal(mesh.vertex_attributes["x_2"][count:], second.vertex_attributes["x"])
     assert "x" in mesh.vertex_costs and any("x_2" in note for note in notes)
     checked_mesh("m.h5", mesh)
+
+
+def test_what_two_say_of_one_layer_is_kept_where_it_is_the_same(tmp_path, capsys):
+    for name, limit, net in (("a", 0.25, "x"), ("b", 0.5, "x"), ("c", 0.25, "y")):
+        mesh = full_map(4)
+        mesh.vertex_costs = {"mine": np.ones(len(mesh.vertices), np.float32)}
+        rule = {"unit": "m", "comparison": "above", "threshold": limit}
+        mesh.layer_parameters = {"mine": {"layer_info": rule}}
+        mesh.face_parameters = {"number": {"net": net}}
+        MapFile.write(tmp_path / (name + ".h5"), mesh)
+    paths = {name: tmp_path / (name + ".h5") for name in "abc"}
+    notes = said(capsys, "merge", paths["a"], paths["b"], tmp_path / "ab.h5")["notes"]
+    (note,) = [note for note in notes if note.startswith("left out: unit and rule of layer mine")]
+    assert "a.h5" in note and "b.h5" in note
+    found = MapFile(tmp_path / "ab.h5")
+    assert found.layer_parameters("mine") == {"carried_by": "merge"}
+    assert found.face_parameters("number") == {"net": "x"}
+    notes = said(capsys, "merge", paths["a"], paths["c"], tmp_path / "ac.h5")["notes"]
+    assert any(note.startswith("left out: parameters of face attribute number") for note in notes)
+    found = MapFile(tmp_path / "ac.h5")
+    assert found.layer_parameters("mine")["layer_info"]["threshold"] == 0.25
+    assert found.face_parameters("number") == {}

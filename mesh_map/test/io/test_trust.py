@@ -11,6 +11,7 @@ from mesh_map.base.plugins import find_class
 from mesh_map.costs.layer import BASE_CLASS_TYPE
 from mesh_map.io.map_parameters import map_parameters
 from mesh_map.io.map_source import MapSource
+from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 from meshes import terrain
@@ -190,3 +191,61 @@ def test_trust_does_not_become_proof_by_saving(tmp_path):
     found = costs_of(file.path, [wide], require_provenance=True)
     assert np.array_equal(found, mesh_map.layers["height_diff"].result.costs)
     assert os.listdir(tmp_path) == ["a.h5"]
+
+
+@pytest.mark.parametrize("way", ["ply", "edited ply", "glb", "edited glb", "repaired"])
+def test_only_of_map_files_not_of_what_passed_through_other_programs(path, way):
+    """Our own exports come back as they were, as long as the geometry does."""
+    write_released(path, {"height_diff": MARKED})
+    suffix, new = way.split()[-1], path + "_new.h5"
+    if way == "repaired":
+        with h5py.File(path, "r+") as file:
+            faces = file["mesh/channels/face_indices"][()]
+            del file["mesh/channels/face_indices"]
+            file["mesh/channels/face_indices"] = np.concatenate([faces, faces[-1:]])
+        words = ["import", path, new, "--repair"]
+    else:
+        words = ["import", "%s.%s" % (path, suffix), new]
+        assert main(["export", path, words[1], "-q"]) == 0
+    if way == "edited ply":  # comments are gone, and vertices are elsewhere
+        with open(words[1], "rb") as stream:
+            head, rows = stream.read().split(b"end_header\n", 1)
+        lines = [line for line in head.split(b"\n") if not line.startswith(b"comment")]
+        first = np.frombuffer(rows[:12], "<f4") + np.float32(0.5)
+        with open(words[1], "wb") as stream:
+            stream.write(b"\n".join(lines) + b"end_header\n" + first.tobytes() + rows[12:])
+    if way == "edited glb":  # as a program that keeps the extras would
+        with open(words[1], "r+b") as stream:
+            data = stream.read()
+            place = data.index(MARKED.tobytes()) - 144 * 12
+            stream.seek(place)
+            stream.write((np.frombuffer(data[place : place + 4], "<f4") + 1).tobytes())
+    assert main([*words, "-q"]) == 0
+    used = np.array_equal(costs_of(new), MARKED)
+    assert used == (way in ("ply", "glb"))
+    assert ("carried_by" in MapFile(new).layer_parameters("height_diff")) != used
+    stored = {"name": "height_diff", "type": "mesh_layers/StoredLayer", "threshold": 9.0}
+    assert np.array_equal(costs_of(new, [stored]), MARKED)
+
+
+@pytest.mark.parametrize("words", [["rename"], ["copy"], ["copy", "--from"]])
+def test_a_name_that_is_trusted_is_not_had_by_renaming(path, tmp_path, words):
+    write_released(path, {})
+    assert main(["convert", path, path + "_s1.h5", "-q"]) == 0
+    path += "_s1.h5"
+    fresh = costs_of(path)
+    MapFile(path).write_layers({"mine": (MARKED, {})})
+    line = ["layers", words[0], path, "mine", "height_diff", "-q"]
+    assert main(line + (["--from", path] if "--from" in words else [])) == 0
+    assert np.array_equal(costs_of(path), fresh)
+    assert np.array_equal(MapFile(path).vertex_costs("height_diff"), MARKED)
+
+
+def test_the_log_says_who_carried_them(path, caplog):
+    caplog.set_level(logging.INFO, "mesh_map")
+    mesh = terrain(12)
+    mesh = Mesh(mesh.vertices, mesh.faces, vertex_costs={"height_diff": MARKED})
+    mesh.layer_parameters = {"height_diff": {"carried_by": "crop"}}
+    MapFile.write(path, mesh)
+    costs_of(path)
+    assert "computed anew: its costs in the file were carried there by crop" in caplog.text

@@ -55,7 +55,7 @@ def carried(
         originals, of_split = derived_with_copies(split, derived)
         result = carried_mesh(mesh, of_split)
         result = replace(result, seam_originals=originals if len(originals) else None)
-    result.layer_parameters = carried_parameters(result.vertex_costs, kind)
+    result.layer_parameters = carried_parameters(result.vertex_costs, mesh.layer_parameters, kind)
     result.source = {
         "derived": kind,
         "parameters": dict(parameters),

@@ -14,6 +14,7 @@ from mesh_msgs.identity import geometry_uuid
 from mesh_msgs_hdf5.formats.any_mesh import open_members
 from mesh_msgs_hdf5.formats.importer import too_much_rounded
 from mesh_msgs_hdf5.labels.map_contents import MapContents
+from mesh_msgs_hdf5.model.carried_mesh import CARRIED_BY
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.layer_meaning import KEY, computed_with
@@ -392,6 +393,8 @@ def _difference(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     """Why costs are not used, for users."""
     if stored == wanted:
         return "other programs change the file all the time"
+    if CARRIED_BY in stored:
+        return "its costs in the file were carried there by %s" % (stored[CARRIED_BY],)
     if "geometry" not in stored:
         return "the file does not say for which geometry its costs were computed"
     names = sorted(

@@ -8,7 +8,6 @@ from typing import (
     Dict,
     List,
     Mapping,
-    NamedTuple,
     Optional,
     Sequence,
     Tuple,
@@ -21,6 +20,12 @@ from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.io.merged_parameters import (
+    Holders,
+    NamedMesh,
+    shared_meanings,
+    shared_parameters,
+)
 
 # Of faces, and vertices, that have no color where others have.
 _WHITE, _GRAY = 255, 191
@@ -29,20 +34,14 @@ _NOTICED, _LARGEST_PART = 1e-5, 0.1
 _INSTANCE = re.compile(r"(.*_)(\d+)", re.DOTALL)
 
 
-class NamedMesh(NamedTuple):
-    """A mesh, and what it is called in notes."""
-
-    name: str
-    mesh: Mesh
-
-
 def merged(meshes: Sequence[NamedMesh]) -> Tuple[Mesh, List[str]]:
     """The vertices and faces of all, one after the other, near the origin of the first.
 
     What only some of them have, the others get: unknown layers (NaN), face attributes of NaN or 0,
     white vertices, a gray material, normals of their faces. A label tree_1 of another mesh than the
     first that has one gets the next number that is free; other labels of one name become one. What
-    layers were computed with is left out: on the whole, they would be others.
+    layers were computed with is left out: on the whole, they would be others. What their values
+    mean, and parameters of attributes, stay where all that have the layer have the same.
 
     Returns:
         The mesh, and notes of what was filled in, renamed or left out.
@@ -78,14 +77,20 @@ def merged(meshes: Sequence[NamedMesh]) -> Tuple[Mesh, List[str]]:
     mesh.vertex_colors = _filled(meshes, "vertex_colors", "white", _white, notes)
     mesh.texture_coordinates = _filled(meshes, "texture_coordinates", "0", _zeros, notes)
     layers = [each.mesh.vertex_costs for each in meshes]
-    mesh.vertex_costs = _joined(meshes, layers, counts, "layer", notes)
-    mesh.layer_parameters = carried_parameters(mesh.vertex_costs, "merge")
+    parameters = [each.mesh.layer_parameters for each in meshes]
+    mesh.vertex_costs, holders = _joined(meshes, layers, counts, "layer", notes)
+    meanings = shared_meanings(meshes, parameters, holders, notes)
+    mesh.layer_parameters = carried_parameters(mesh.vertex_costs, meanings, "merge")
     taken = set(mesh.vertex_costs)
-    own = [each.mesh.vertex_attributes for each in meshes]
-    mesh.vertex_attributes = _joined(meshes, own, counts, "vertex attribute", notes, taken)
-    attributes = [each.mesh.face_attributes for each in meshes]
+    own, what = [each.mesh.vertex_attributes for each in meshes], "vertex attribute"
+    mesh.vertex_attributes, holders = _joined(meshes, own, counts, what, notes, taken)
+    parameters = [each.mesh.vertex_parameters for each in meshes]
+    mesh.vertex_parameters = shared_parameters(meshes, parameters, holders, what, notes)
+    attributes, what = [each.mesh.face_attributes for each in meshes], "face attribute"
     face_counts = [len(each.mesh.faces) for each in meshes]
-    mesh.face_attributes = _joined(meshes, attributes, face_counts, "face attribute", notes)
+    mesh.face_attributes, holders = _joined(meshes, attributes, face_counts, what, notes)
+    parameters = [each.mesh.face_parameters for each in meshes]
+    mesh.face_parameters = shared_parameters(meshes, parameters, holders, what, notes)
     mesh.labels = _labels(meshes, np.cumsum([0, *face_counts]), notes)
     _take_materials(mesh, meshes, notes)
     _take_features(mesh, meshes, shifts, notes)
@@ -174,10 +179,11 @@ def _joined(
     what: str,
     notes: List[str],
     taken: Collection[str] = (),
-) -> Dict[str, np.ndarray]:
-    """Named values of all; of those with one name, but of another type, or a name that is taken
-    already, each has its own name."""
+) -> Tuple[Dict[str, np.ndarray], Dict[str, Holders]]:
+    """Named values of all, and who had them; of those with one name, but of another type, or a name
+    that is taken already, each has its own name."""
     found: Dict[str, np.ndarray] = {}
+    held: Dict[str, Holders] = {}
     for name in dict.fromkeys(name for values in of_each for name in values):
         kinds: Dict[Any, List[int]] = {}
         for index, values in enumerate(of_each):
@@ -194,7 +200,7 @@ def _joined(
                 of_each[i][name] if i in holders else np.full((counts[i], *shape), fill, dtype)
                 for i in range(len(meshes))
             ]
-            found[own] = np.concatenate(parts)
+            found[own], held[own] = np.concatenate(parts), Holders(name, holders)
             lacking = [meshes[i].name for i in range(len(meshes)) if i not in holders]
             if lacking:
                 text = "no %s %s in %s: %s" % (what, own, ", ".join(lacking), fill)
@@ -205,7 +211,7 @@ def _joined(
                     "%s %s of %s is %s: there is another one, of another type"
                     % (what, name, owner, own)
                 )
-    return found
+    return found, held
 
 
 def _free(pattern: str, taken: Any, start: int = 2) -> str:

@@ -5,6 +5,7 @@ place: "vertex" or "face" for the attributes there; None for layers.
 from typing import Iterable, List, NamedTuple, Optional
 
 from mesh_msgs_hdf5.formats.any_mesh import Members
+from mesh_msgs_hdf5.model.carried_mesh import not_silent
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.schema import check_layer_name
@@ -86,7 +87,10 @@ def renamed(file: Members, old: str, new: str, place: Place) -> Edit:
 def _set(edit, source, name, new, place):
     kind = _KINDS[place]
     getattr(edit, kind.values)[new] = getattr(source, kind.value_of)(name)
-    getattr(edit, kind.parameters)[new] = getattr(source, kind.parameters_of)(name)
+    parameters = getattr(source, kind.parameters_of)(name)
+    if place is None and new != name:  # the names of some are trusted
+        parameters = not_silent(parameters, "another name (%s)" % name)
+    getattr(edit, kind.parameters)[new] = parameters
 
 
 def _check_there(file, name, place):

@@ -6,6 +6,7 @@ import os
 import types
 from typing import Any, Callable, Dict, Mapping, Optional, Tuple
 
+import numpy as np
 from mesh_msgs.checks.rounding import is_too_much
 
 from mesh_msgs_hdf5 import __version__
@@ -24,6 +25,7 @@ from mesh_msgs_hdf5.formats.merge import merge_vertices
 from mesh_msgs_hdf5.formats.repair import repair
 from mesh_msgs_hdf5.formats.stated_axes import stated_up
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
+from mesh_msgs_hdf5.model.carried_mesh import mark_silent
 from mesh_msgs_hdf5.model.edit import changed_labels
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
@@ -235,9 +237,13 @@ def _seamed(mesh, options, report):
 
 
 def _mended(path, mesh, options, report):
+    before = len(mesh.vertices), mesh.faces
     if options.merge_vertices is not None:
         mesh = merge_vertices(path, mesh, options.merge_vertices, report)
-    return repair(path, mesh, report) if options.repair else mesh
+    mesh = repair(path, mesh, report) if options.repair else mesh
+    if len(mesh.vertices) != before[0] or not np.array_equal(mesh.faces, before[1]):
+        mark_silent(mesh, "import")
+    return mesh
 
 
 def _provenance(path, data, before, options, report):

@@ -1,10 +1,13 @@
 """All that is known of a mesh, on a mesh that was made of it."""
-from typing import Any, Dict, Iterable, Optional
+from typing import Any, Collection, Dict, Mapping, Optional
 
 import numpy as np
 from mesh_msgs.derived_mesh import DerivedMesh
 
+from mesh_msgs_hdf5.model.layer_meaning import KEY, computed_with, meaning_of
 from mesh_msgs_hdf5.model.mesh import Label, Materials, Mesh
+
+CARRIED_BY = "carried_by"  # a parameter of layers
 
 
 def carried_mesh(mesh: Mesh, derived: DerivedMesh) -> Mesh:
@@ -12,9 +15,9 @@ def carried_mesh(mesh: Mesh, derived: DerivedMesh) -> Mesh:
 
     Costs, colors, normals, texture coordinates and attributes of vertices are interpolated, but
     for whole numbers, which may be names of something: those of the nearest vertex; attributes,
-    materials and labels of faces are those of their parents. Textures, features and where the mesh
-    comes from are shared. What layers and attributes were computed with is left out: values that
-    were computed on the derived mesh would be others.
+    materials and labels of faces are those of their parents. Textures, features, parameters of
+    attributes and where the mesh comes from are shared. What layers were computed with is left out
+    (see carried_parameters): values that were computed on the derived mesh would be others.
 
     Raises:
         ValueError: the mesh is not the parent of the derived one.
@@ -40,9 +43,11 @@ def carried_mesh(mesh: Mesh, derived: DerivedMesh) -> Mesh:
             name: carried_attribute(values, derived)
             for name, values in mesh.vertex_attributes.items()
         },
+        vertex_parameters=dict(mesh.vertex_parameters),
         face_attributes={
             name: derived.face_values(values) for name, values in mesh.face_attributes.items()
         },
+        face_parameters=dict(mesh.face_parameters),
         texture_coordinates=_carried(mesh.texture_coordinates, derived),
         textures=mesh.textures,
         materials=_carried_materials(mesh.materials, derived),
@@ -53,10 +58,37 @@ def carried_mesh(mesh: Mesh, derived: DerivedMesh) -> Mesh:
     )
 
 
-def carried_parameters(names: Iterable[str], by: str) -> Dict[str, Dict[str, Any]]:
+def carried_parameters(
+    costs: Mapping[str, np.ndarray], parameters: Mapping[str, Mapping[str, Any]], by: str
+) -> Dict[str, Dict[str, Any]]:
     """Layer name -> parameters of layers that were computed on another mesh: never those of a
-    computation, and not none, which would be those of a file that is silent and may be trusted."""
-    return {name: {"carried_by": by} for name in names}
+    computation, and not none, which would be those of a file that is silent and may be trusted.
+
+    costs: the layers as they are now, of any number of vertices; parameters: of the layers that
+    they were. What the values mean stays, with the numbers of these.
+    """
+    found = {}
+    for name, values in costs.items():
+        found[name] = {CARRIED_BY: by}
+        meaning = meaning_of(parameters.get(name, {}))
+        if meaning is not None:
+            if meaning.layer_type:
+                found[name]["type"] = meaning.layer_type
+            found[name][KEY] = meaning._replace(lethal=None).counted(values).stored()
+    return found
+
+
+def mark_silent(mesh: Mesh, by: str, but: Collection[str] = ()) -> None:
+    """Give the layers of a mesh that do not say how they were computed, but for some, what tells
+    them from those of map files that are silent, and may be trusted."""
+    for name in set(mesh.vertex_costs).difference(but):
+        mesh.layer_parameters[name] = not_silent(mesh.layer_parameters.get(name, {}), by)
+
+
+def not_silent(parameters: Mapping[str, Any], by: str) -> Dict[str, Any]:
+    """The parameters of a layer; carried by this where they do not say how it was computed."""
+    found = dict(parameters)
+    return found if computed_with(found) else {CARRIED_BY: by, **found}
 
 
 def carried_attribute(values: np.ndarray, derived: DerivedMesh) -> np.ndarray:

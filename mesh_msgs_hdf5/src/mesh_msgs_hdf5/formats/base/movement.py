@@ -56,8 +56,8 @@ def move_rest(mesh: Mesh, matrix: np.ndarray, before: Origin, report: ImportRepo
         places = (moved - np.array(mesh.origin)).astype(np.float32)
         mesh.features = Features(places, mesh.features.descriptors)
     # what they were computed with was another geometry
-    mesh.layer_parameters = carried_parameters(mesh.vertex_costs, "a movement of the mesh")
-    mesh.face_parameters = {}
+    by = "a movement of the mesh"
+    mesh.layer_parameters = carried_parameters(mesh.vertex_costs, mesh.layer_parameters, by)
 
 
 def parsed_matrix(text: str) -> Optional[np.ndarray]:

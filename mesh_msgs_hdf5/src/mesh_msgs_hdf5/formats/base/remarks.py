@@ -11,6 +11,7 @@ import numpy as np
 from mesh_msgs_hdf5.checks.check import checked_crs, checked_object, checked_origin, to_json
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.model import schema
+from mesh_msgs_hdf5.model.carried_mesh import mark_silent
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import check_label
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
@@ -66,7 +67,17 @@ def mesh_remark(mesh: Mesh) -> List[Remark]:
         remark["crs"] = mesh.crs
     if mesh.source:
         remark["source"] = mesh.source
+    if not all(mesh.layer_parameters.get(name) for name in mesh.vertex_costs):
+        remark["uuid"] = mesh.uuid  # the geometry that those layers are of
     return [{"mesh": remark}] if remark else []
+
+
+def mark_foreign_layers(mesh: Mesh, remarks: Iterable[Remark]) -> None:
+    """Layers that do not say how they were computed are carried ones, unless the geometry is the one
+    that our export names: another program may have changed it."""
+    named = [remark["mesh"].get("uuid") for remark in about(remarks, "mesh", dict)[:1]]
+    own = {remark["layer"] for remark in about(remarks, "layer")}
+    mark_silent(mesh, "import", but=own if named == [mesh.uuid] else ())
 
 
 def remarked_origin(remarks: Iterable[Remark]) -> Any:

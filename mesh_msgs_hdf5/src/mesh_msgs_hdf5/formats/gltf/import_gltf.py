@@ -15,6 +15,7 @@ from mesh_msgs_hdf5.formats.base.remarks import (
     Remark,
     about,
     add_label,
+    mark_foreign_layers,
     parameters_of,
     parsed_remarks,
     remarked_origin,
@@ -70,6 +71,7 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
     if exact:
         _take_values(file, mesh, remarks, report)
         _take_seams(file, mesh, remarks)
+    mark_foreign_layers(mesh, remarks if exact else [])
     return mesh
 
 

@@ -86,9 +86,8 @@ def _vertex_columns(mesh: Mesh, remarks: List[Remark]) -> List[Column]:
         taken.add(stored)
         columns.append((stored, costs))
         parameters = mesh.layer_parameters.get(name)
-        if stored != name or parameters:
-            remark: Remark = {"layer": name, "property": stored}
-            remarks.append(dict(remark, parameters=parameters) if parameters else remark)
+        remark: Remark = {"layer": name, "property": stored}
+        remarks.append(dict(remark, parameters=parameters) if parameters else remark)
     for name, values in mesh.vertex_attributes.items():
         found = _attribute_columns(name, values, taken, "vertex_")
         columns += found

@@ -11,6 +11,7 @@ from mesh_msgs_hdf5.formats.base.polygons import (
 )
 from mesh_msgs_hdf5.formats.base.remarks import (
     about,
+    mark_foreign_layers,
     parameters_of,
     parsed_remarks,
     remarked_origin,
@@ -72,6 +73,7 @@ def read_ply(path: PathLike, data: bytes, options: Options, report: ImportReport
     reader = FaceReader(path, file, triangles, remarks, options, report)
     mesh = reader.take(mesh)
     _take_seams(file, mesh)
+    mark_foreign_layers(mesh, remarks)
     _note_left_out(file, used, reader.used, report)
     return mesh
 
