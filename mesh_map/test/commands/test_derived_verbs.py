@@ -128,6 +128,22 @@ def test_a_crop_of_a_crop_has_another_uuid():
 
 
 @pytest.mark.parametrize(
+    "words",
+    [
+        ["--z", "-.5,0"],
+        ["--box", "-9,-9,-9,9,9,0"],
+        ["--polygon", "-9,-9", "9,-9", "9,9", "-9,9", "--z", "-1,0"],
+    ],
+)
+def test_coordinates_may_be_negative(path, tmp_path, capsys, words):
+    """Option and value are two words, as a user writes them."""
+    assert main(["crop", path, str(tmp_path / "part.h5"), *words]) == 0
+    parent, out = MapFile(path).read(), MapFile(tmp_path / "part.h5")
+    middles = parent.vertices[parent.faces].mean(1)
+    assert out.face_count == np.count_nonzero(middles[:, 2] <= 0) < len(middles)
+
+
+@pytest.mark.parametrize(
     "words,text",
     [
         ([], "there is no region to crop to"),

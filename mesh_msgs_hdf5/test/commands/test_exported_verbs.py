@@ -37,6 +37,8 @@ def run(arguments):
         raise MapFileError("value", "a.h5", "it is clean", "leave it")
     if arguments.how == "code":
         return 7
+    if arguments.how == "huge code":
+        return 256
     if os.path.isdir(arguments.how):
         save_file(os.path.join(arguments.how, "clean"), b"x")
         print(os.getpid(), flush=True)
@@ -130,6 +132,7 @@ def test_what_goes_wrong_in_one_is_one_line_and_its_code(packages, capfd, argume
 
 def test_its_exit_code_is_kept(packages, capfd):
     assert main(["wash", "code"]) == 7
+    assert main(["wash", "huge code"]) == 1  # which the system would cut to 0
     assert capfd.readouterr() == ("", "")
 
 
@@ -225,6 +228,23 @@ def test_one_whose_package_is_missing_is_named(packages, capfd, name):
     err = capfd.readouterr().err
     assert ended.value.code == 1 and err.count("\n") == 1
     assert "verb %s comes with package %s, which is not built" % (name, ELSEWHERE[name]) in err
+
+
+def test_a_description_may_have_any_signs(packages, capfd):
+    text = "<description>50 % of %s %(prog)s</description></verb>"
+    names = (
+        '<verb name="spin" module="laundry.wash">',
+        '<verb name="layers spin" module="laundry.wash">',
+    )
+    export(packages, "dryer", [], "<verbs>%s</verbs>" % "".join(name + text for name in names))
+    for words in ([], ["layers"]):
+        out, err = helped(capfd, *words)
+        assert "50 % of %s %(prog)s" in out and not err
+    module = packages.parent / "python" / "laundry" / "wash.py"
+    module.write_text(WASH.replace('"wash meshes", "mesh_tool wash', '"90 % %(prog)s", "% wash'))
+    assert main(["spin", "--help"]) == 0
+    out = capfd.readouterr().out
+    assert "90 % %(prog)s" in out and "rosrun mesh_msgs_hdf5 % wash" in out
 
 
 def test_unknown_words_are_compared_with_them(packages, capfd):

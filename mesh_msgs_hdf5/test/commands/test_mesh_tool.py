@@ -279,3 +279,15 @@ def test_a_wrong_target_is_refused_before_the_work(square, tmp_path, capsys, arg
     assert main(["import", "missing.ply"] + arguments) == 1
     assert words in capsys.readouterr().err
     assert os.listdir(tmp_path) == ["square.ply"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["--transform", "-1,0,0,0,0,-1,0,0,0,0,1,0,0,0,0,1"], ["--origin", "-.5,-2,-3"]],
+)
+def test_what_looks_like_negative_coordinates_is_a_value(square, tmp_path, words):
+    out = tmp_path / "square.h5"
+    assert main(["import", *words, str(square), str(out)]) == 0
+    expected = SQUARE * [-1, -1, 1] if "--transform" in words else SQUARE + [0.5, 2, 3]
+    assert np.allclose(MapFile(out).read().vertices, expected)
+    assert main(["render", str(out), str(tmp_path / "a.png"), "--view", "-120,50"]) == 0

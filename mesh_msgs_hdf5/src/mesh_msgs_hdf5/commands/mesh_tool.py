@@ -23,13 +23,19 @@ PROGRAM = "mesh_tool"
 VERSION = "0.1.0"
 _HELP = ("-h", "--help")
 _SHOWN = 5  # of files that were saved
+_NEGATIVE = re.compile(r"-\.?\d")  # no option begins so
 _NAME = "--\0"  # stands for a -- that is a name; no argument has a NUL
 _WORD = re.compile(r"[a-z][a-z0-9-]*")
 _CODES = "exit codes: 0 done, 1 it could not be done, 2 wrong usage"
 
 
 class _Parser(argparse.ArgumentParser):
-    """Behind the first --, all is a name, also a --: Python's own takes more of them away."""
+    """Behind the first --, all is a name, also a --: Python's own takes more of them away. What
+    looks like negative coordinates is a value: Python's own knows single negative numbers alone."""
+
+    def __init__(self, *arguments, **keywords):
+        super().__init__(*arguments, **keywords)
+        self._negative_number_matcher = _NEGATIVE  # whoever matches is no option
 
     def parse_known_args(self, args=None, namespace=None):
         words = list(sys.argv[1:] if args is None else args)
@@ -95,16 +101,21 @@ def make_parser(
     for one in exported:
         first, _, action = one.name.partition(" ")
         if not action:
-            subparser = subparsers.add_parser(first, help=one.help)
+            subparser = subparsers.add_parser(first, help=_escaped(one.help))
         elif first in subparsers.choices:
             inner = subparsers.choices[first]._actions
             below = next(each for each in inner if isinstance(each, argparse._SubParsersAction))
-            subparser = below.add_parser(action, help=one.help)
+            subparser = below.add_parser(action, help=_escaped(one.help))
         else:
             continue
         if one.name == loaded:
             importlib.import_module(one.module).add_arguments(subparser)
     return parser
+
+
+def _escaped(text: str) -> str:
+    """A stranger's text as argparse takes it, who fills in %(prog)s and the like."""
+    return text.replace("%", "%%")
 
 
 def _actions(verb: str) -> Tuple[str, ...]:
@@ -175,8 +186,10 @@ def run_exported(verb: List[str], argv: List[str], parent: int) -> int:
     def parse() -> argparse.Namespace:
         try:
             found = importlib.import_module(module)
-            example = "example: rosrun mesh_msgs_hdf5 " + found.EXAMPLE
-            parser = _Parser(prog="%s %s" % (PROGRAM, name), description=found.HELP, epilog=example)
+            texts = found.HELP, "example: rosrun mesh_msgs_hdf5 " + found.EXAMPLE
+            # argparse fills in those alone that have this
+            text, example = (_escaped(t) if "%(prog)" in t else t for t in texts)
+            parser = _Parser(prog="%s %s" % (PROGRAM, name), description=text, epilog=example)
             found.add_arguments(parser)
             parser.set_defaults(run=found.run, trouble=getattr(found, "TROUBLE", 1))
         except Exception as error:  # a stranger's code may bring out anything
@@ -216,18 +229,6 @@ def full_arguments(argv: List[str], exported: Iterable[str] = ()) -> List[str]:
     return argv[: verb + 1] + [actions[0]] + argv[verb + 1 :]
 
 
-def _with_negative_values(argv):
-    """--view -120,50 as --view=-120,50: argparse takes -120,50 for an option."""
-    joined: List[str] = []
-    for word in argv:
-        option = joined[-1] if joined else ""
-        if option.startswith("--") and "=" not in option and re.match(r"-[\d.]+,", word):
-            joined[-1] = option + "=" + word
-        else:
-            joined.append(word)
-    return joined
-
-
 def _suggest(what, word, known, always=False):
     """End with an error that names what is like the word, if anything is."""
     close = difflib.get_close_matches(word, known, 1, 0.6)
@@ -260,7 +261,7 @@ def _parse(argv):
 
 
 def _parsed(parser, argv):
-    arguments, rest = parser.parse_known_args(_with_negative_values(argv))
+    arguments, rest = parser.parse_known_args(argv)
     for word in rest:
         if word.startswith("-"):
             _suggest("option", word.split("=")[0], sorted(options_of(parser)))
@@ -348,7 +349,8 @@ def _guarded(parse: Callable[[], argparse.Namespace], argv: List[str]) -> int:
         trouble = arguments.trouble
         code = arguments.run(arguments)
         sys.stdout.flush()
-        return code
+        is_code = not isinstance(code, int) or 0 <= code < 256  # of others the system takes a part
+        return code if is_code else 1
     except MapFileError as error:
         _say(str(error))
     except MemoryError:

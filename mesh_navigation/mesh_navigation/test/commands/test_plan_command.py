@@ -117,7 +117,7 @@ def test_no_path(run):
 
 def test_the_file_may_come_last_and_numbers_may_have_exponents(run):
     code, out, _ = run(
-        *"--start -1e-3 2e0 0 --goal 8.3 7.4 -1e-3 --set cost_limit=0.5 goal_dist_offset=0".split(),
+        *"--start -1e-3,2e0,0 --goal 8.3 7.4 -1e-3 --set cost_limit=0.5 goal_dist_offset=0".split(),
         *"--yaw -1e1 --planner dijkstra --json grid.h5".split(),
     )
     value = json.loads(out)

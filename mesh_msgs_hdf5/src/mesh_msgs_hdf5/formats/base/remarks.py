@@ -73,8 +73,8 @@ def mesh_remark(mesh: Mesh) -> List[Remark]:
 
 
 def mark_foreign_layers(mesh: Mesh, remarks: Iterable[Remark]) -> None:
-    """Layers that do not say how they were computed are carried ones, unless the geometry is the one
-    that our export names: another program may have changed it."""
+    """Layers that do not say how they were computed are carried ones, unless the geometry is that
+    which our export names: another program may have changed it."""
     named = [remark["mesh"].get("uuid") for remark in about(remarks, "mesh", dict)[:1]]
     own = {remark["layer"] for remark in about(remarks, "layer")}
     mark_silent(mesh, "import", but=own if named == [mesh.uuid] else ())

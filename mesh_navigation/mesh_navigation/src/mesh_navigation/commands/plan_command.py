@@ -297,8 +297,8 @@ def joined(words: List[str]) -> List[str]:
     while rest:
         word = rest.pop(0)
         values: List[str] = []
-        while rest and len(values) < _COUNTS.get(word, 0) and is_number(rest[0]):
-            values.append(rest.pop(0))
+        while rest and len(values) < _COUNTS.get(word, 0) and _are_numbers(rest[0]):
+            values += rest.pop(0).split(",")
         if values:
             joined.append(f"{word}={','.join(values)}")
         elif word == "--set":
@@ -308,6 +308,10 @@ def joined(words: List[str]) -> List[str]:
         else:
             joined.append(word)
     return joined
+
+
+def _are_numbers(word: str) -> bool:
+    return all(is_number(each) for each in word.split(","))
 
 
 _COUNTS = {"--start": 3, "--goal": 3, "--origin": 3}  # of numbers, at most
