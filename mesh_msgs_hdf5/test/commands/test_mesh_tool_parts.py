@@ -104,7 +104,10 @@ def test_add_rename_copy_and_delete(path, square, tmp_path, capsys):
         (["delete", "MAP", "floor2", "mesh"], "no mesh would be left in it (--force"),
         (["copy", "MAP", "floor2"], "a name of its own"),
         (["copy", "MAP", "floor2", "mesh"], "there is /mesh in it already"),
-        (["copy", "MAP", "floor2", "raw"], "there is /raw in it already"),
+        (
+            ["copy", "MAP", "floor2", "raw"],
+            "a part cannot be called raw: the file keeps this name for the scans",
+        ),
         (["add", "MAP", "floor2", "PLY"], "use --force to replace it"),
         (["add", "MAP", "floor2/b", "PLY"], "inside the other"),
         (["add", "nothing.h5", "b", "PLY"], "no such file"),

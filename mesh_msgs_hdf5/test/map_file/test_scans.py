@@ -10,7 +10,7 @@ from peak_memory import peak_memory
 from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.formats.base.images import png
 from mesh_msgs_hdf5.formats.clouds import cloud as cloud_module
-from mesh_msgs_hdf5.map_file import MapFile, scans
+from mesh_msgs_hdf5.map_file import MapFile, scan_extraction, scans
 from mesh_msgs_hdf5.map_file.convert import convert, repack
 from mesh_msgs_hdf5.map_file.part_changes import copy_part, put_part
 from mesh_msgs_hdf5.map_file.scans import ScanFile
@@ -40,13 +40,13 @@ def table(count=1000, fields=tuple(FIELDS)):
 
 def write_pcd(path, points):
     with open(path, "wb") as stream:
-        scans.write_pcd_cloud(path, stream, len(points), points.dtype, iter([points]))
+        scan_extraction.write_pcd_cloud(path, stream, len(points), points.dtype, iter([points]))
     return str(path)
 
 
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
-    for module in (cloud_module, scans):
+    for module in (cloud_module, scans, scan_extraction):
         monkeypatch.setattr(module, "BLOCK_ROWS", 300)
 
 
@@ -122,21 +122,21 @@ def test_what_goes_in_is_there_in_lvr2s_groups(file, rich_mesh):
 def test_what_comes_out_goes_in_again_to_the_bit(file, tmp_path, form):
     if form == "ply":
         with pytest.raises(MapFileError, match="uint64") as refused:
-            scans.extract_scans(file.path, str(tmp_path / "no"), form=form)
+            scan_extraction.extract_scans(file.path, str(tmp_path / "no"), form=form)
         assert refused.value.hint == "--format pcd"
         with h5py.File(file.path, "r+") as raw:
             for name in file.names():
                 del raw["raw/scans/%s/id" % name]
                 del raw["raw/scans/%s/fpfh" % name]
     folder = tmp_path / "out"
-    written = scans.extract_scans(file.path, str(folder), (), form, "tum")
+    written = scan_extraction.extract_scans(file.path, str(folder), (), form)["files"]
     names = ["position_0000%d.%s" % (i, form) for i in (0, 1)] + ["poses.txt"]
     images = ["position_00000_photo_00000.png", "position_00000_photo_00001.jpg"]
     assert sorted(p.name for p in folder.iterdir()) == sorted(names + images)
     assert sorted(written) == sorted(str(p) for p in folder.iterdir())
     assert [(folder / image).read_bytes() for image in images] == [PICTURE, PHOTO]
     with pytest.raises(MapFileError) as refused:
-        scans.extract_scans(file.path, str(folder), (), form)
+        scan_extraction.extract_scans(file.path, str(folder), (), form)
     assert refused.value.code == "exists"
     clouds = [str(folder / name) for name in names[:2]]
     assert file.add(clouds, poses=str(folder / "poses.txt")) == ["position_00002", "position_00003"]
@@ -311,7 +311,7 @@ def test_images_of_a_scan_that_is_there(file, tmp_path):
 
 
 def test_a_large_cloud_takes_little_memory(tmp_path, full_data, monkeypatch):
-    for module in (cloud_module, scans):
+    for module in (cloud_module, scans, scan_extraction):
         monkeypatch.setattr(module, "BLOCK_ROWS", 1 << 15)
     monkeypatch.setattr("mesh_msgs_hdf5.map_file.writing.map_saving.MEMORY_BUDGET", 0)
     (tmp_path / "m.h5").write_bytes(full_data)
@@ -322,7 +322,7 @@ def test_a_large_cloud_takes_little_memory(tmp_path, full_data, monkeypatch):
     file = ScanFile(tmp_path / "m.h5")
     with peak_memory() as growth:
         file.add([cloud])
-        scans.extract_scans(file.path, str(tmp_path / "out"))
+        scan_extraction.extract_scans(file.path, str(tmp_path / "out"))
         assert growth() < 25_000
     assert file.channel("position_00000", "points", 2_999_999)[0].tolist() == [2_999_999, 0, 0]
 
@@ -362,3 +362,133 @@ def test_numbers_of_a_camera_that_are_none(file, capsys, numbers):
         main(["scans", "add", file.path, "a.pcd", "--intrinsics", numbers])
     assert ended.value.code == 2
     assert "invalid four numbers fx,fy,cx,cy value" in capsys.readouterr().err
+
+
+def lacking(file, *names):
+    """Without these arrays of the scans."""
+    with h5py.File(file.path, "r+") as raw:
+        for name in names:
+            del raw["raw/scans/" + name]
+
+
+def test_no_time_and_no_pose_is_invented(file, tmp_path, capsys):
+    folder = tmp_path / "out"
+    words = ["scans", "extract", file.path, str(folder)]
+    assert main([*words, "--poses", "tum"]) == 1
+    text = "1 of 2 scans have no time, which TUM's format wants: position_00001"
+    assert text in capsys.readouterr().err and not folder.exists()
+    assert main([*words, "position_00000", "--poses", "tum"]) == 0
+    assert (folder / "poses.txt").read_text().startswith("12.5 5.0 6.0 7.0 ")
+    lacking(file, "position_00000/finalPose", "position_00000/initialPose")
+    assert main([*words, "--force"]) == 1
+    err = capsys.readouterr().err
+    assert "1 of 2 scans have no pose: position_00000" in err and "--poses none" in err
+    assert main([*words[:3], str(tmp_path / "clouds"), "--poses", "none", "-q"]) == 0
+    names = {p.name for p in (tmp_path / "clouds").iterdir()}
+    assert {"position_00000.pcd", "position_00001.pcd"} < names and "poses.txt" not in names
+    lacking(file, "position_00001/finalPose", "position_00001/initialPose")
+    assert main([*words[:3], str(tmp_path / "none")]) == 0
+    out = capsys.readouterr().out
+    assert "note: no scan has a pose: there is no poses.txt (position_00000, position_00001)" in out
+    assert not (tmp_path / "none" / "poses.txt").exists()
+
+
+def test_scans_that_cannot_be_read_are_named_and_the_others_written(file, tmp_path, capsys):
+    file.add([str(tmp_path / "b.pcd")])
+    with h5py.File(file.path, "r+") as raw:
+        raw["raw/scans/position_00000/finalPose"][0, 0] = np.nan
+        points = raw["raw/scans/position_00002/points"]
+        place = points.id.get_chunk_info(0)
+    with open(file.path, "r+b") as raw:  # bytes that are no deflate
+        raw.seek(place.byte_offset)
+        raw.write(b"\xff" * place.size)
+    folder = tmp_path / "out"
+    assert main(["scans", "extract", file.path, str(folder)]) == 1
+    out, err = capsys.readouterr()
+    assert out == "%s: wrote 2 files into %s\n" % (file.path, folder)
+    lines = err.splitlines()
+    assert len(lines) == 2 and all(line.startswith("mesh_tool: error: ") for line in lines)
+    assert "left out: position_00000: the pose of" in lines[0]
+    assert "left out: position_00002: " in lines[1]
+    assert sorted(p.name for p in folder.iterdir()) == ["poses.txt", "position_00001.pcd"]
+    assert len((folder / "poses.txt").read_text().splitlines()) == 1
+
+
+def test_one_named_twice_is_one(file, tmp_path, capsys):
+    twice = ["position_00001"] * 2
+    assert main(["scans", "extract", file.path, str(tmp_path / "out"), *twice]) == 0
+    assert len((tmp_path / "out" / "poses.txt").read_text().splitlines()) == 1
+    capsys.readouterr()
+    assert main(["scans", "delete", file.path, *twice]) == 0
+    assert capsys.readouterr().out.endswith(": deleted scan position_00001\n")
+    assert file.names() == ["position_00000"]
+
+
+def test_groups_beside_scans_are_named(file, capsys):
+    with h5py.File(file.path, "r+") as raw:
+        raw["raw/scans/scan_1/points"] = np.ones((3, 3), np.float32)
+        raw["raw/scans/preview"] = 1
+    assert main(["scans", file.path]) == 0
+    (note,) = [line for line in capsys.readouterr().out.splitlines() if "note" in line]
+    assert "1 groups below /raw/scans are no scans" in note and note.endswith(": scan_1")
+    (finding,) = [f for f in validate(file.path) if f.where.startswith("scan")]
+    assert (finding.rule, finding.level, finding.count) == ("scan_name", "note", 1)
+
+
+def as_pcd(points, says, form="ascii", viewpoint="0 0 0 1 0 0 0"):
+    head = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH %d\nHEIGHT 1\n"
+    head = (head + "VIEWPOINT %s\nPOINTS %d\nDATA %s\n") % (says, viewpoint, says, form)
+    rows = np.arange(3.0 * points, dtype=np.float32).reshape(-1, 3)
+    text = "".join("%g %g %g\n" % tuple(row) for row in rows).encode()
+    return head.encode() + (rows.tobytes() if form == "binary" else text)
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary"])
+def test_more_points_than_the_file_says_are_told(file, tmp_path, form, capsys):
+    (tmp_path / "long.pcd").write_bytes(as_pcd(2000, 1000, form))
+    assert main(["scans", "add", file.path, str(tmp_path / "long.pcd")]) == 1
+    text = "long.pcd: it has 2000 points, but its line POINTS says 1000 (correct that line)"
+    assert text in capsys.readouterr().err and len(file.names()) == 2
+    (tmp_path / "right.pcd").write_bytes(as_pcd(1000, 1000, form) + b"\n")
+    assert main(["scans", "add", file.path, str(tmp_path / "right.pcd")]) == 0
+
+
+def test_a_viewpoint_is_the_pose_where_no_other_is_given(file, tmp_path, capsys):
+    (tmp_path / "v.pcd").write_bytes(as_pcd(3, 3, viewpoint="5 6 7 0.70710678 0 0 0.70710678"))
+    (tmp_path / "odd.pcd").write_bytes(as_pcd(3, 3, viewpoint="0 0 0 0 0 0 0"))
+    (tmp_path / "one.txt").write_text("1 0 0 9 0 1 0 8 0 0 1 7\n")
+    words = ["scans", "add", file.path]
+    assert main([*words, str(tmp_path / "v.pcd")]) == 0
+    assert "v.pcd is at its VIEWPOINT, 5 6 7 m" in capsys.readouterr().out
+    assert np.allclose(file.summary("position_00002")["final_pose"], MATRIX, atol=1e-7)
+    assert main([*words, str(tmp_path / "odd.pcd")]) == 0
+    assert "is no place and rotation" in capsys.readouterr().out
+    assert np.array_equal(file.summary("position_00003")["final_pose"], np.eye(4))
+    poses = ["--poses", str(tmp_path / "one.txt")]
+    assert main([*words, str(tmp_path / "v.pcd"), *poses]) == 0
+    assert "not the VIEWPOINT of 1 PCD files" in capsys.readouterr().out
+    assert file.summary("position_00004")["final_pose"][:3, 3].tolist() == [9, 8, 7]
+
+
+def test_scans_and_a_mesh_of_their_name(file, tmp_path, capsys):
+    """Neither takes the other's place, whichever was there first."""
+    path, other = file.path, str(tmp_path / "other.h5")
+    MapFile.write(other, MapFile(path).read())
+    with h5py.File(other, "r+") as raw:  # as programs before allowed it
+        raw.move("mesh", "raw")
+    capsys.readouterr()
+    assert main(["scans", "add", other, str(tmp_path / "b.pcd")]) == 1
+    err = capsys.readouterr().err
+    assert "part raw of it, a mesh" in err and "parts rename FILE raw NEW" in err
+    assert main(["parts", "rename", other, "raw", "hall"]) == 0
+    for words in (
+        ["parts", "add", other, "raw", path],
+        ["parts", "rename", other, "hall", "raw"],
+        ["parts", "copy", other, "hall", "raw/scans"],
+        ["parts", "copy", other, "hall", "x/channels"],
+        ["import", path, str(tmp_path / "new.h5"), "--to-part", "raw"],
+    ):
+        assert main(words) == 1, words
+        assert "the file keeps this name for" in capsys.readouterr().err
+    assert main(["scans", "add", other, str(tmp_path / "b.pcd"), "-q"]) == 0
+    assert MapFile(other).parts == ["hall"] and not (tmp_path / "new.h5").exists()

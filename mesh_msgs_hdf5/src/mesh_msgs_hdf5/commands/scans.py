@@ -1,8 +1,10 @@
 """mesh_tool scans: the scans that a map was made of, with their poses and images."""
 import argparse
 import os
+import sys
 from typing import Any, Dict, List
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.commands._common import add_actions, say
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.isolation import isolated
@@ -17,6 +19,9 @@ _ACTIONS = {
     "delete": ("delete scans with their images", "garden.h5 position_00003"),
 }
 ACTIONS = tuple(_ACTIONS)
+OTHER_GROUPS = (
+    "%d groups below /raw/scans are no scans, which are called position_00000 and so on: %s"
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,7 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add["extract"].add_argument("folder", metavar="FOLDER", help="made if it is not there")
     add["extract"].add_argument("scans", metavar="SCAN", nargs="*", help="default: all")
     add["extract"].add_argument("--format", choices=("pcd", "ply"), default="pcd")
-    add["extract"].add_argument("--poses", choices=("kitti", "tum"), default="kitti")
+    text = "of poses.txt (default: kitti), or none"
+    poses = ("kitti", "tum", "none")
+    add["extract"].add_argument("--poses", choices=poses, default="kitti", help=text)
     add["extract"].add_argument("--force", action="store_true", help="replace files that are there")
     add["delete"].add_argument("scans", metavar="SCAN", nargs="+")
 
@@ -47,19 +54,24 @@ _numbers.__name__ = "four numbers fx,fy,cx,cy"  # of the error
 
 
 def run(arguments: argparse.Namespace) -> int:
+    code, notes = 0, []
     with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.file)
         if arguments.action == "list":
             entries = isolated("scans", arguments.file)
             value: Dict[str, Any] = {"path": arguments.file, "scans": entries}
             lines = [_line(entry) for entry in entries] or ["%s: no scans" % arguments.file]
+            others = isolated("other_scan_groups", arguments.file)
+            if others:
+                notes = [OTHER_GROUPS % (len(others), ", ".join(map(one_line, others[:5])))]
             arguments.quiet = False  # what was asked for
         else:
-            text = _CHANGES[arguments.action](arguments)
+            text, notes, code = _CHANGES[arguments.action](arguments)
             value = {"path": arguments.file, "action": arguments.action, "done": text}
             lines = ["%s: %s" % (arguments.file, text)]
-    say(arguments, value, lines)
-    return 0
+    value["notes"] = notes
+    say(arguments, value, lines + ["  note: " + note for note in notes])
+    return code
 
 
 def _line(entry) -> str:
@@ -81,7 +93,7 @@ def _line(entry) -> str:
 
 def _add(arguments):
     clouds = [os.path.abspath(cloud) for cloud in arguments.clouds]
-    names: List[str] = isolated(
+    added: Dict[str, List[str]] = isolated(
         "add_scans",
         arguments.file,
         clouds,
@@ -91,13 +103,14 @@ def _add(arguments):
         arguments.scan,
         timeout=_timeout(arguments.file, *clouds),
     )
-    images = len(arguments.images or ())
+    names, images = added["names"], len(arguments.images or ())
     text = "added scan %s" % ", ".join(names) if clouds else "added to scan %s" % names[0]
-    return text + (": %d image%s" % (images, "s" * (images != 1)) if images else "")
+    text += ": %d image%s" % (images, "s" * (images != 1)) if images else ""
+    return text, added["notes"], 0
 
 
 def _extract(arguments):
-    written = isolated(
+    done = isolated(
         "extract_scans",
         arguments.file,
         os.path.abspath(arguments.folder),
@@ -107,12 +120,18 @@ def _extract(arguments):
         arguments.force,
         timeout=_timeout(arguments.file),
     )
-    return "wrote %d files into %s" % (len(written), arguments.folder)
+    for text in done["unreadable"]:
+        print(
+            "mesh_tool: error: %s: left out: %s" % (arguments.file, one_line(text)), file=sys.stderr
+        )
+    text = "wrote %d files into %s" % (len(done["files"]), arguments.folder)
+    left_out = ["left out: " + line for line in done["unreadable"]]
+    return text, done["notes"] + (left_out if arguments.json else []), int(bool(left_out))
 
 
 def _delete(arguments):
     isolated("delete_scans", arguments.file, arguments.scans, timeout=_timeout(arguments.file))
-    return "deleted scan %s" % ", ".join(arguments.scans)
+    return "deleted scan %s" % ", ".join(dict.fromkeys(arguments.scans)), [], 0
 
 
 def _timeout(*paths):

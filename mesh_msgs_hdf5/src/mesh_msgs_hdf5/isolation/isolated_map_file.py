@@ -36,7 +36,8 @@ FUNCTIONS: Dict[str, Tuple[str, str]] = {
     "check_scans": ("mesh_msgs_hdf5.map_file.scans", "check_scans"),
     "add_scans": ("mesh_msgs_hdf5.map_file.scans", "add_scans"),
     "delete_scans": ("mesh_msgs_hdf5.map_file.scans", "delete_scans"),
-    "extract_scans": ("mesh_msgs_hdf5.map_file.scans", "extract_scans"),
+    "extract_scans": ("mesh_msgs_hdf5.map_file.scan_extraction", "extract_scans"),
+    "other_scan_groups": ("mesh_msgs_hdf5.map_file.scan_contents", "other_groups"),
     "collada": ("mesh_msgs_hdf5.formats.dae.assimp", "scene_arrays"),
 }
 _USE_MAP_FILE = ("mesh_msgs_hdf5.isolation.isolated_calls", "use_map_file")

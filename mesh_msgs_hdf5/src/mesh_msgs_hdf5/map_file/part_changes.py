@@ -53,7 +53,9 @@ def put_part(
     with nothing_changed(path):
         mesh = checked_mesh(path, mesh)
     with reading(path) as source:
-        part, parts = _part_name(path, part), find_parts(source, path)
+        parts = find_parts(source, path)
+        is_new = "/".join(schema.part_path(path, part)) not in parts
+        part = _part_name(path, part) if is_new else "/".join(schema.part_path(path, part))
         own: Iterable[str] = ()
         if part not in parts:
             _check_free(path, source, part, parts)
@@ -195,7 +197,7 @@ def _expected(path) -> Optional[Stamp]:
 
 def _part_name(path, part):
     """A new part's name; refuses those under which nobody would find it."""
-    components = schema.part_path(path, part)
+    components = schema.new_part_path(path, part)
     if not 0 < len(components) <= MAX_DEPTH:
         text = "part name %r has %d components, it may have 1 to %d"
         text %= part[:80], len(components), MAX_DEPTH

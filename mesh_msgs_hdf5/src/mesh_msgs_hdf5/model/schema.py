@@ -22,6 +22,8 @@ SEAMS = "seams"  # a group of our own, of a mesh with copies of vertices along s
 ORIGINALS = "originals"  # in seams: <u4 [C], the vertices that the last C are copies of
 PARENT_UUID = "parent_uuid"  # text, of originals: of the mesh without the copies
 
+RAW = "raw"  # of the file, no part: sensor data, see map_file.scans
+
 VERTICES = "vertices"
 FACES = "face_indices"
 NORMALS = "vertex_normals"
@@ -83,6 +85,22 @@ def part_path(path: PathLike, part: str) -> List[str]:
     components = list(filter(None, part.split("/")))
     for name in components:
         _check_name(path, "part", name)
+    return components
+
+
+def new_part_path(path: PathLike, part: str) -> List[str]:
+    """The same of a part that is to be made.
+
+    Refuses (MapFileError part) names that the file keeps for something else: of sensor data, and of
+    the groups in a part.
+    """
+    components = part_path(path, part)
+    kept = {*GROUPS, FACE_ATTRIBUTES, SEAMS}.intersection(components)
+    kept.update({RAW}.intersection(components[:1]))
+    for name in sorted(kept):
+        what = "the scans" if name == RAW else "what belongs to a mesh"
+        text = "a part cannot be called %s: the file keeps this name for %s" % (name, what)
+        raise MapFileError("part", path, text, "choose another name")
     return components
 
 

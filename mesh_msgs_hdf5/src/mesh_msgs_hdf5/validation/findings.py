@@ -52,6 +52,7 @@ RULES: Dict[str, str] = {
     "texture_coordinates_missing": "there are textures but no texture coordinates",
     "material_unused": "no face has this material",
     "lvr2_textures": "LVR2's MeshIO ends over textures as hdf5_map_io has them",
+    "scan_name": "a group beside the scans is none by its name",
     "uuid_missing": "the file does not say the UUID of its geometry",
     "uuid_mismatch": "the UUID in the file is not that of its geometry",
     "journal": "labels in a journal beside the map are not in the map yet",

@@ -60,6 +60,12 @@ def _scans(path) -> Iterator[MapFinding]:
             # points that are not finite are how many sensors say that they saw nothing
             level = NOTE if code == "not_finite" else ERROR
             yield MapFinding(code, level, "scan " + one_line(name), one_line(message))
+        others = isolated("other_scan_groups", path)
+        if others:
+            text = "groups below /raw/scans are no scans by their names, first %s" % one_line(
+                others[0]
+            )
+            yield MapFinding("scan_name", NOTE, "scans", text, None, len(others))
     except MapFileError as error:
         yield _error("scans", error)
 

@@ -1,6 +1,6 @@
 """A point cloud in a file: what its points have, and the points block by block."""
-from dataclasses import dataclass
-from typing import Callable, Dict, Iterator, List, Tuple
+from dataclasses import dataclass, field
+from typing import Callable, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -21,13 +21,15 @@ GROUPED: Dict[str, Tuple[str, ...]] = {
 @dataclass
 class Cloud:
     """count: points; dtype: the fields of one, in the order of the file, native or not; blocks: a
-    function that reads them, (n,) of that dtype at a time; format: of the file."""
+    function that reads them, (n,) of that dtype at a time; format: of the file; viewpoint: (4, 4)
+    of the sensor, as far as the file says it: None where it says something else."""
 
     path: PathLike
     format: str
     count: int
     dtype: np.dtype
     blocks: Callable[[], Iterator[np.ndarray]]
+    viewpoint: Optional[np.ndarray] = field(default_factory=lambda: np.eye(4))
 
     def channels(self) -> Dict[str, Tuple[str, ...]]:
         """Array -> the fields that it is made of; those that belong together are one."""
@@ -70,6 +72,12 @@ def cut_short(path: PathLike, have: int, wanted: int) -> MapFileError:
     return MapFileError("damaged", path, text, "the file was not written, or copied, to its end")
 
 
+def too_many(path: PathLike, have: int, wanted: int) -> MapFileError:
+    """The error of a file with more points than it says."""
+    text = "it has %d points, but its line POINTS says %d" % (have, wanted)
+    return MapFileError("damaged", path, text, "correct that line")
+
+
 def binary_blocks(path: PathLike, start: int, count: int, dtype: np.dtype) -> Iterator[np.ndarray]:
     """Points that lie one behind the other from a byte on."""
     with open(path, "rb") as stream:
@@ -84,8 +92,10 @@ def binary_blocks(path: PathLike, start: int, count: int, dtype: np.dtype) -> It
             done += rows
 
 
-def text_blocks(path: PathLike, start: int, count: int, dtype: np.dtype) -> Iterator[np.ndarray]:
-    """Points one a line, from a byte on."""
+def text_blocks(
+    path: PathLike, start: int, count: int, dtype: np.dtype, alone: bool = False
+) -> Iterator[np.ndarray]:
+    """Points one a line, from a byte on. alone: nothing else follows."""
     width = sum(int(np.prod(dtype[name].shape, dtype=int)) for name in dtype.names)
     done = 0
     with open(path, "rb") as stream:
@@ -109,6 +119,9 @@ def text_blocks(path: PathLike, start: int, count: int, dtype: np.dtype) -> Iter
                 raise cut_short(path, done, count)
             yield _parsed(path, rows, dtype, done)
             done += len(rows)
+        more = sum(1 for line in stream if line.strip()) if alone else 0
+        if more:
+            raise too_many(path, count + more, count)
 
 
 def _parsed(path, rows, dtype, done):

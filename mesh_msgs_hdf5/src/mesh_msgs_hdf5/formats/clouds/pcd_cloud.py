@@ -16,7 +16,9 @@ from mesh_msgs_hdf5.formats.clouds.cloud import (
     binary_blocks,
     checked_dtype,
     text_blocks,
+    too_many,
 )
+from mesh_msgs_hdf5.formats.clouds.poses import matrix_of
 from mesh_msgs_hdf5.map_file.hdf5.lzf import unpacked
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
@@ -52,10 +54,15 @@ def read_pcd_cloud(path: PathLike) -> Cloud:
     )
     form = " ".join(values["DATA"])
     if form == "ascii":
-        blocks = lambda: (b[kept] for b in text_blocks(path, start, count, dtype))  # noqa: E731
+        blocks = lambda: (  # noqa: E731
+            b[kept] for b in text_blocks(path, start, count, dtype, alone=True)
+        )
     elif form == "binary":
         if os.stat(path).st_size - start < count * dtype.itemsize:
             raise _odd(path, "it has fewer bytes than %d points need" % count)
+        rest = os.stat(path).st_size - start - count * dtype.itemsize
+        if rest >= dtype.itemsize:
+            raise too_many(path, count + rest // dtype.itemsize, count)
         blocks = lambda: (  # noqa: E731
             b.view(narrow) for b in binary_blocks(path, start, count, dtype)
         )
@@ -63,7 +70,17 @@ def read_pcd_cloud(path: PathLike) -> Cloud:
         blocks = lambda: _compressed_blocks(path, start, count, dtype, kept)  # noqa: E731
     else:
         raise _odd(path, "its points are stored as %r" % form[:40])
-    return Cloud(path, "PCD", count, narrow, blocks)
+    return Cloud(path, "PCD", count, narrow, blocks, _viewpoint(path, values))
+
+
+def _viewpoint(path, values):
+    """(4, 4) of the sensor, by VIEWPOINT tx ty tz qw qx qy qz, which old versions lack; None for
+    what is none."""
+    try:
+        x, y, z, qw, qx, qy, qz = map(float, values.get("VIEWPOINT", "0001000"))
+        return matrix_of(path, "VIEWPOINT", (x, y, z), (qx, qy, qz, qw))
+    except (ValueError, MapFileError):
+        return None
 
 
 def _dtype(path, values):

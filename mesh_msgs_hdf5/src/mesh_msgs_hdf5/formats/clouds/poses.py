@@ -48,18 +48,28 @@ def _pose(path, number, words):
         matrix[:3] = values.reshape(3, 4)
         check_rigid(path, "line %d" % number, matrix)
         return ScanPose(matrix)
-    length = np.linalg.norm(values[4:])
-    if abs(length - 1) > _ROUNDED:
-        text = "line %d has a quaternion of length %g" % (number, length)
-        raise MapFileError("value", path, text, "timestamp tx ty tz qx qy qz qw")
-    x, y, z, w = values[4:] / length
-    matrix[:3, 3] = values[1:4]
+    matrix = matrix_of(path, "line %d" % number, values[1:4], values[4:])
+    return ScanPose(matrix, float(values[0]))
+
+
+def matrix_of(
+    path: PathLike, where: str, place: Sequence[float], quaternion: Sequence[float]
+) -> np.ndarray:
+    """(4, 4) of a translation x y z and a rotation x y z w. Raises MapFileError (value)."""
+    numbers = np.array([*place, *quaternion], np.float64)
+    length = np.linalg.norm(numbers[3:])
+    if not np.isfinite(numbers).all() or abs(length - 1) > _ROUNDED:
+        text = "%s has a quaternion of length %g" % (where, length)
+        raise MapFileError("value", path, text, "a place and a rotation, of length 1")
+    x, y, z, w = numbers[3:] / length
+    matrix = np.eye(4)
+    matrix[:3, 3] = numbers[:3]
     matrix[:3, :3] = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
-    return ScanPose(matrix, float(values[0]))
+    return matrix
 
 
 def check_rigid(path: PathLike, where: str, matrix: np.ndarray) -> None:
@@ -74,14 +84,13 @@ def check_rigid(path: PathLike, where: str, matrix: np.ndarray) -> None:
 
 
 def pose_lines(poses: Sequence[ScanPose], form: str) -> str:
-    """A line for each; times that are not known count up from 0."""
+    """A line for each, of those of TUM with their times."""
     lines = []
-    for number, (matrix, time) in enumerate(poses):
+    for matrix, time in poses:
         if form == "kitti":
             numbers = matrix[:3].ravel().tolist()
         else:
-            time = float(number) if time is None else time
-            numbers = [time] + matrix[:3, 3].tolist() + quaternion_of(matrix[:3, :3])
+            numbers = [float(time)] + matrix[:3, 3].tolist() + quaternion_of(matrix[:3, :3])
         lines.append(" ".join(map(repr, numbers)) + "\n")
     return "".join(lines)
 

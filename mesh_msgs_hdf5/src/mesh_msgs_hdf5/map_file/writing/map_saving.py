@@ -43,6 +43,7 @@ _OBJECT_BYTES = 8192  # what it needs for each
 def save_mesh(path: PathLike, mesh: Mesh, part: str, overwrite: bool, compression: str) -> None:
     """Save a mesh as the only part of a new file. Raises MapFileError; then nothing was changed."""
     writer = ObjectWriter(path, compression)
+    schema.new_part_path(path, part)
     with nothing_changed(path):
         mesh = checked_mesh(path, mesh)
     with nothing_changed(path), memory_stream(bytes_of(mesh)) as stream:
