@@ -91,12 +91,10 @@ def test_a_layer_that_is_named_replaces_the_one_before(path, capsys):
     assert not np.array_equal(MapFile(path).vertex_costs("height_diff"), before)
 
 
-def test_what_cannot_be_stored_or_reads_nothing_is_said(path, capsys):
+def test_what_cannot_be_stored_is_said(path, capsys):
     value = said(capsys, "layers_compute", path, "height_diff", "obstacle", "inflation")
     assert [entry["name"] for entry in value["layers"]] == ["height_diff"] + ["inflation"]
     assert any("not stored: obstacle" in note for note in value["notes"])
-    value = said(capsys, "layers_compute", path, "inflation")
-    assert any("inflation reads other layers, but none" in note for note in value["notes"])
 
 
 @pytest.mark.parametrize(
@@ -107,6 +105,15 @@ def test_what_cannot_be_stored_or_reads_nothing_is_said(path, capsys):
         (["a=none/None"], "layer a: "),
         (["height_diff", "--set", "radius=1"], "NAME.PARAM=VALUE"),
         (["height_diff", "--set", "steep.radius=1"], "there is no layer steep"),
+        (
+            ["inflation"],
+            "layer inflation reads other layers, but none is there (nothing was stored",
+        ),
+        (
+            ["height_diff", "--set", "height_diff.threshhold=1"],
+            "layer height_diff has no parameter threshhold (is threshold meant? it has: ",
+        ),
+        (["--config", "CONFIGURATION", "--set", "steep.radius=1"], "steep has no parameter radius"),
         (["height_diff", "--set", "height_diff.radius=[1"], "is no value"),
         (["height_diff", "--set", "height_diff.radius=wide"], "radius"),
         (["slope", "--config", "CONFIGURATION"], "has no layer slope (it has: steep, height_diff"),
@@ -140,3 +147,12 @@ def test_as_a_verb_of_mesh_tool(path, capfd):
     out, err = capfd.readouterr()
     assert not out and err.startswith("mesh_tool: error: %s: there is no type" % path)
     assert err.count("\n") == 1
+
+
+def test_a_wrong_name_of_a_parameter_is_told_before_anything_is_computed(path, monkeypatch):
+    def fail(*_):
+        raise AssertionError("it was computed")
+
+    monkeypatch.setattr(ThresholdLayer, "compute", fail)
+    with pytest.raises(MapFileError, match="no parameter treshold"):
+        call("layers_compute", path, "height_diff", "--set", "height_diff.treshold=1")

@@ -1,6 +1,7 @@
 """mesh_tool layers compute: cost layers computed and stored as the node mesh_map does it."""
 
 import argparse
+import difflib
 import re
 from typing import Any, Dict, List, Mapping, Tuple
 
@@ -14,7 +15,7 @@ from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.model.errors import MapFileError
 
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.plugins import plugin_names, scanned_once
+from mesh_map.base.plugins import find_class, plugin_names, scanned_once
 from mesh_map.commands.map_errors import as_map_errors
 from mesh_map.costs.layer import BASE_CLASS_TYPE
 from mesh_map.io.map_parameters import map_parameters, parameters_in_file
@@ -59,6 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
         with scanned_once():
             values, names = _configuration(arguments)
             parameters = map_parameters(values)
+            _check_set(arguments.set, parameters.layers)
             source = MapSource(parameters.mesh_file, parameters.mesh_part, parameters.origin)
             mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
             mesh_map.compute_layers(parameters.layers, tell, source.stored_costs)
@@ -97,13 +99,35 @@ def _checked(path: str, mesh_map: MeshMap, names: List[str]) -> List[str]:
             "layer %s: %s" % (n, failed.get(n, "it is left out")) for n in wrong
         )
         raise MapFileError("layer", path, text, "nothing was stored")
-    notes = [
-        "layer %s reads other layers, but none is there: name those, too, before it" % name
+    alone = [
+        name
         for name in names
         if mesh_map.layers[name].READS_LAYERS and not mesh_map.layer_set.reads[name]
     ]
+    if alone:
+        text = "layer %s reads other layers, but none is there" % ", ".join(alone)
+        hint = "nothing was stored; name those, too, before it, such as height_diff %s"
+        raise MapFileError("layer", path, text, hint % alone[0])
     remark = coarse_remark(mesh_map, {})
-    return notes + ([remark] if remark else [])
+    return [remark] if remark else []
+
+
+def _check_set(texts: List[str], layers: Any) -> None:
+    """Refuse names of parameters that the layers do not have, before anything is computed."""
+    types = {each["name"]: each.get("type") for each in layers if isinstance(each, Mapping)}
+    for text in texts:
+        name, _, parameter = text.partition("=")[0].partition(".")
+        if not isinstance(types.get(name), str):
+            continue  # which is told where the layers are made
+        found = find_class("mesh_map", BASE_CLASS_TYPE, types[name])
+        known = sorted(each.name for each in found.all_parameters())
+        if parameter not in known:
+            close = difflib.get_close_matches(parameter, known, 3, 0.5)
+            raise MeshMapError(
+                "--set %s: layer %s has no parameter %s" % (text, name, parameter),
+                ("is %s meant? " % " or ".join(close) if close else "")
+                + "it has: %s" % ", ".join(known),
+            )
 
 
 def _configuration(arguments: argparse.Namespace) -> Tuple[Dict[str, Any], List[str]]:
