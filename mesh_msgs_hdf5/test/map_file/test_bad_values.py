@@ -1,12 +1,14 @@
 """One bad value does not make a map useless: what is bad is left out or mended, and said."""
 import dataclasses
 
+import h5py
 import numpy as np
 import pytest
 from bad_values import BAD, noted, write_bad
 from every_member import reading_members
 from map_samples import assert_same
 
+from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.edit import Edit
@@ -191,3 +193,49 @@ def test_geometry_that_cannot_be_read_refuses_a_map(tmp_path, rich_mesh, value):
         file["mesh/channels/vertices"] = vertices
     with pytest.raises(MapFileError, match="row 7"):
         MapFile(path).read()
+
+
+ROWS = {
+    "layer short": np.zeros((39, 1), "f4"),
+    "layer across": np.zeros((1, 40), "f4")[:, :1],
+    "vertex attribute wide": np.zeros((1, 40), "f4"),
+    "vertex attribute ids": np.zeros((41, 2), "u2"),
+    "face attribute flat": np.zeros(59, "f4"),
+}
+
+
+@pytest.mark.parametrize("what", ROWS)
+def test_what_has_the_rows_of_another_mesh(tmp_path, rich_mesh, what, capsys):
+    """It is named by all who look at it, and left out of what is written anew."""
+    path, name = MapFile.write(tmp_path / "a.h5", rich_mesh).path, what.split()[-1]
+    group = "face_attributes" if "face" in what else "channels"
+    with h5py.File(path, "r+") as raw:
+        place = raw["mesh/" + group].create_dataset(name, data=ROWS[what]).name
+    text = "%s has the shape %s, not [%d]" % (
+        place,
+        list(ROWS[what].shape),
+        40 + 20 * ("face" in what),
+    )
+    (finding,) = [f for f in validate(path) if f.level == "error"]
+    assert (finding.where, finding.rule) == (what, "shape") and text in finding.message
+    kind = [] if "layer" in what else ["--face" if "face" in what else "--vertex"]
+    for words in (["info", path], ["layers", "list", path, *kind]):
+        assert main(words) == 0 and text in capsys.readouterr().out
+    new = str(tmp_path / "new.h5")
+    assert main(["repair", path, new]) == 0 and text in capsys.readouterr().out
+    with h5py.File(new, "r") as raw:
+        assert name not in raw["mesh/" + group]
+    assert not [f for f in validate(new) if f.level == "error"]
+    assert main(["repair", path, "-q"]) == 0 and main(["diff", path, new]) == 0
+    assert_same(MapFile(path).read(), rich_mesh, "mesh")
+
+
+def test_unknown_numbers_of_other_programs_are_no_layers(tmp_path, rich_mesh):
+    path = MapFile.write(tmp_path / "a.h5", rich_mesh).path
+    with h5py.File(path, "r+") as raw:
+        for name in ("uuid", "schema_version"):
+            del raw["mesh"].attrs[name]
+        raw["mesh/channels/theirs"] = np.zeros(5, "f4")
+    file = MapFile(path)
+    assert "theirs" not in file.layer_names()
+    assert file.other_contents() == ["/mesh/channels/theirs"] and file.notes == []

@@ -24,6 +24,11 @@ def _dense(names: List[str]) -> List[str]:
     return [name for name in names if not name.endswith(_INDICES) and name + _INDICES not in known]
 
 
+def _shape_text(found, rows):
+    text = "%s has the shape %s, not [%d] or [%d,C]: one row for each vertex"
+    return text % (found.name, list(found.shape), rows, rows)
+
+
 def _is_usable(name):
     try:
         schema.check_face_attribute_name("", name)
@@ -37,6 +42,7 @@ class NamedArrayReader(PartReader):
 
     vertex_count: int
     face_count: int
+    schema_version: int
 
     @cached_property
     def layer_places(self) -> Dict[str, str]:
@@ -70,7 +76,11 @@ class NamedArrayReader(PartReader):
         return self._usable(_LAYER, layers), self._usable(_VERTEX_ATTRIBUTE, attributes)
 
     def _kind_of(self, group, name):
-        """_LAYER, _VERTEX_ATTRIBUTE, or "" for what is neither."""
+        """_LAYER, _VERTEX_ATTRIBUTE, or "" for what is neither.
+
+        What has not a row for each vertex is one of them in a file of ours, which cannot be read;
+        in those of others it is unknown.
+        """
         key = name.encode("utf-8")
         if group.id.links.get_info(key).type != h5py.h5l.TYPE_HARD:
             return ""  # a link is not followed, so it is no layer
@@ -81,8 +91,14 @@ class NamedArrayReader(PartReader):
         if kind == h5py.h5t.FLOAT and shape in ((self.vertex_count,), (self.vertex_count, 1)):
             return _VERTEX_ATTRIBUTE if self._is_marked(found) else _LAYER
         numbers = kind in (h5py.h5t.FLOAT, h5py.h5t.INTEGER) and found.get_type().get_size() <= 8
-        rows = shape[0] == self.vertex_count > 0 and len(shape) <= 2 and shape[-1] > 0
-        return _VERTEX_ATTRIBUTE if numbers and rows else ""
+        if not numbers or len(shape) > 2 or not shape[-1] or not self.vertex_count:
+            return ""
+        if shape[0] == self.vertex_count:
+            return _VERTEX_ATTRIBUTE
+        if not self.schema_version or shape[0] == self.face_count:  # LVR2 has channels of faces
+            return ""
+        costs = kind == h5py.h5t.FLOAT and shape[0] == int(np.prod(shape))
+        return _LAYER if costs and not self._is_marked(found) else _VERTEX_ATTRIBUTE
 
     def _is_marked(self, found):
         if not h5py.h5a.exists(found, schema.KIND.encode()):
@@ -133,9 +149,17 @@ class NamedArrayReader(PartReader):
 
     def vertex_costs(self, name: str) -> np.ndarray:
         """(V,) float32 of one layer: finite >= 0 is a cost, +inf lethal, NaN unknown."""
-        values = self.guarded.values(self._named(_LAYER, self.layer_places, name))
+        found = self._named(_LAYER, self.layer_places, name)
+        values = self.guarded.values(self._with_rows(found))
         values = self._sound_costs("layer %s" % name, values, "vertex")
         return checked_costs(self.guarded.path, name, values, self.vertex_count)
+
+    def _with_rows(self, found: h5py.Dataset) -> h5py.Dataset:
+        """The same, if it has a row for each vertex."""
+        if len(found) != self.vertex_count:
+            text, hint = _shape_text(found, self.vertex_count), "mesh_tool repair leaves it out"
+            raise MapFileError("shape", self.guarded.path, text, hint)
+        return found
 
     def layer_parameters(self, name: str) -> Dict[str, Any]:
         """The parameters that a layer was computed with (dict); {} if the file does not say."""
@@ -152,7 +176,7 @@ class NamedArrayReader(PartReader):
     def vertex_attribute(self, name: str) -> np.ndarray:
         """(V,) or (V, C) numbers of one vertex attribute, in the type that they are stored in."""
         found = self._named(_VERTEX_ATTRIBUTE, self.vertex_attribute_places, name)
-        values = self.guarded.values(found)
+        values = self.guarded.values(self._with_rows(found))
         return checked_attribute(self.guarded.path, "vertex", name, values, self.vertex_count)
 
     def vertex_parameters(self, name: str) -> Dict[str, Any]:
