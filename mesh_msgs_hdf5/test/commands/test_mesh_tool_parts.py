@@ -261,3 +261,25 @@ def test_a_part_in_a_national_grid_keeps_its_digits(path, tmp_path, capsys):
     file = MapFile(path, "far")
     found = file.vertices[:, :2] + np.float64(file.origin[:2])
     assert np.abs(found - np.add(corners, (365430.25, 5801230.5))).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["parts", "add", "{map}", "mesh", "{new}", "--force"],
+        ["import", "{new}", "{map}", "--to-part", "mesh", "--force"],
+        ["import", "{new}", "{map}", "--force"],
+    ],
+)
+def test_what_goes_with_a_mesh_that_is_replaced_is_said(tmp_path, rich_mesh, capsys, words):
+    new = Mesh(rich_mesh.vertices[:, ::-1].copy(), rich_mesh.faces)
+    new.labels = {"tree_1": rich_mesh.labels["tree_1"]}
+    paths = {"map": str(tmp_path / "map.h5"), "new": str(tmp_path / "new.h5")}
+    for name, mesh in (("map", rich_mesh), ("new", new)):
+        MapFile.write(paths[name], mesh)
+    assert main([word.format(**paths) for word in words]) == 0
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "gone with" in line]
+    assert line.startswith("  note: gone with the mesh that was replaced: 8 labels (")
+    assert ", 2 layers (Grün und weich, height_diff), 10 attributes (" in line
+    assert main([word.format(**paths) for word in words]) == 0
+    assert "gone with" not in capsys.readouterr().out  # there is nothing to lose

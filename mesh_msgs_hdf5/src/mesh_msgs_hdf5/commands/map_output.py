@@ -5,7 +5,7 @@ from typing import Any, Dict, List, Optional
 
 from mesh_msgs_hdf5.commands._common import add_output_options, check_output, file_bytes
 from mesh_msgs_hdf5.commands.part_changes import put
-from mesh_msgs_hdf5.commands.replaced_output import check_replaced
+from mesh_msgs_hdf5.commands.replaced_output import check_replaced, lost_with
 from mesh_msgs_hdf5.labels.replaced_maps import check_journals, save_journals
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -44,8 +44,9 @@ def save_map(arguments: argparse.Namespace, mesh: Mesh) -> List[str]:
         return put(output, mesh, part, arguments.force, compression)[0]
     part = "mesh" if part is None else "/".join(filter(None, part.split("/")))
     check_journals(output, lambda: {part: mesh.uuid})
+    lost = lost_with(output, mesh) if arguments.force else []
     MapFile.write(output, mesh, part, overwrite=arguments.force, compression=compression)
-    return save_journals(output)
+    return lost + save_journals(output)
 
 
 def saved_value(arguments: argparse.Namespace, mesh: Mesh) -> Dict[str, Any]:

@@ -3,6 +3,7 @@ import contextlib
 import os
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Tuple
 
+from mesh_msgs_hdf5.commands.replaced_output import lost_with
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.labels.map_contents import MapContents, open_map
@@ -34,7 +35,8 @@ def put(
     replaced = part in isolated("parts", path)
     if force or not replaced:
         check_journals(path, lambda: {part: mesh.uuid}, part)
-    notes = isolated("put_part", path, mesh, part, force, compression)
+    lost = lost_with(path, mesh, part) if replaced and force else []
+    notes = lost + isolated("put_part", path, mesh, part, force, compression)
     return notes + save_journals(path, part), replaced
 
 
