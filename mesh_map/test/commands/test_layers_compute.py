@@ -156,3 +156,10 @@ def test_a_wrong_name_of_a_parameter_is_told_before_anything_is_computed(path, m
     monkeypatch.setattr(ThresholdLayer, "compute", fail)
     with pytest.raises(MapFileError, match="no parameter treshold"):
         call("layers_compute", path, "height_diff", "--set", "height_diff.treshold=1")
+
+
+def test_an_error_names_the_file_once(path):
+    with pytest.raises(MapFileError) as refused:
+        call("layers_compute", path, "height_diff", "--part", "attic")
+    text = str(refused.value)
+    assert text.count(path) == 1 and "there is no mesh in /attic" in text and refused.value.hint

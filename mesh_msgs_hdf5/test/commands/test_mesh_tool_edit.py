@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mesh_msgs_hdf5.commands.mesh_tool import main
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
@@ -281,3 +282,23 @@ def test_labels_that_look_alike_are_told_apart(labelled, capsys):
     ]
     code, _, err = run(capsys, "labels", "delete", labelled, "tree_2")
     assert code == 1 and "tree_1, tree_1\\u200b, \\xa0tree_1" in err
+
+
+def test_who_saves_at_the_same_time_is_told_what_to_do(tmp_path, full_mesh, monkeypatch, capsys):
+    path = MapFile.write(tmp_path / "a.h5", full_mesh).path
+
+    def stage(self, text):
+        if text.startswith("saving"):
+            MapFile.write(path, Mesh(full_mesh.vertices + 1, full_mesh.faces), overwrite=True)
+
+    monkeypatch.setattr(ProgressLine, "stage", stage)
+    assert main(["layers", "rename", path, "height_diff", "mine"]) == 1
+    text = "another program has replaced the mesh (nothing was saved: run it again)\n"
+    assert capsys.readouterr().err.endswith(text)
+    assert MapFile(path).layer_names() == []
+
+
+def test_names_that_are_given_twice_are_one(tmp_path, full_mesh, capsys):
+    path = MapFile.write(tmp_path / "a.h5", full_mesh).path
+    assert main(["layers", "delete", path, "height_diff", "height_diff"]) == 0
+    assert capsys.readouterr().out == path + ": deleted layer height_diff\n"

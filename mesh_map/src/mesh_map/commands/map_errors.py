@@ -25,7 +25,7 @@ def as_map_errors(path: str) -> Iterator[List[str]]:
     """Within, errors of mesh_map become those of the file, and what it warns of becomes notes.
 
     Raises:
-        MapFileError: code value.
+        MapFileError: code value; what an error was made of.
     """
     log, handler = logging.getLogger("mesh_map"), _Notes()
     propagate, log.propagate = log.propagate, False
@@ -33,6 +33,9 @@ def as_map_errors(path: str) -> Iterator[List[str]]:
     try:
         yield handler.notes
     except MeshMapError as error:
+        cause = error.__cause__
+        if isinstance(cause, MapFileError) and error.message == str(cause):
+            raise cause from error  # it names the file, which would be there twice
         raise MapFileError("value", path, error.message, error.hint) from error
     finally:
         log.removeHandler(handler)

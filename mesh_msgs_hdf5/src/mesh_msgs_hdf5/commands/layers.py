@@ -97,8 +97,9 @@ def _copy(file, arguments):
 
 
 def _delete(file, arguments):
-    text = "deleted %s %s" % (what(arguments.place), ", ".join(arguments.names))
-    return deleted(file, arguments.names, arguments.place), text
+    names = list(dict.fromkeys(arguments.names))
+    text = "deleted %s %s" % (what(arguments.place), ", ".join(names))
+    return deleted(file, names, arguments.place), text
 
 
 def _rename(file, arguments):

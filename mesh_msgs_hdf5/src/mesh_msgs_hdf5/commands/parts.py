@@ -88,7 +88,7 @@ def _rename(arguments):
 
 def _delete(arguments):
     notes = deleted(arguments.file, arguments.names, arguments.force)
-    return "deleted part %s" % ", ".join(arguments.names), notes
+    return "deleted part %s" % ", ".join(dict.fromkeys(arguments.names)), notes
 
 
 def _copy(arguments):
