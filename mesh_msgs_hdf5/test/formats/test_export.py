@@ -1,4 +1,5 @@
 """Exporting and importing gives the same arrays bit for bit, for everything that a format takes."""
+import hashlib
 import json
 import os
 
@@ -111,7 +112,7 @@ def test_gltf_has_its_data_and_images_beside_it(tmp_path, rich_mesh):
     (buffer,) = document["buffers"]
     assert buffer == {"byteLength": (tmp_path / "a.bin").stat().st_size, "uri": "a.bin"}
     names = [image["uri"] for image in document["images"]]
-    assert names == ["a_texture_%d.png" % index for index in (0, 2, 10)]
+    assert names == ["a_gltf_texture_%d.png" % index for index in (0, 2, 10)]
     assert sorted(os.listdir(tmp_path)) == sorted(["a.gltf", "a.bin", *names])
     with pytest.raises(MapFileError, match="a.gltf: the file exists already"):
         write_mesh(tmp_path / "a.gltf", rich_mesh)
@@ -348,11 +349,11 @@ def test_nothing_is_replaced_unasked(tmp_path, rich_mesh):
     path = tmp_path / "a.obj"
     write_mesh(path, rich_mesh)
     files = sorted(os.listdir(tmp_path))
-    assert files == ["a.mtl", "a.obj"] + ["a_texture_%d.png" % i for i in (0, 10, 2)]
+    assert files == ["a.mtl", "a.obj"] + ["a_obj_texture_%d.png" % i for i in (0, 10, 2)]
     before = {name: (tmp_path / name).read_bytes() for name in files}
     with pytest.raises(MapFileError, match="exists already"):
         write_mesh(path, rich_mesh)
-    for changed in ("a.mtl", "a_texture_2.png"):
+    for changed in ("a.mtl", "a_obj_texture_2.png"):
         path.unlink()
         (tmp_path / changed).write_bytes(b"of somebody else")
         with pytest.raises(MapFileError, match=changed + ".*exists already"):
@@ -409,9 +410,60 @@ def test_files_beside_it_have_plain_names(tmp_path, rich_mesh):
     path = tmp_path / "my gärden\n.obj"
     write_mesh(path, rich_mesh)
     beside = sorted(name for name in os.listdir(tmp_path) if name != path.name)
-    assert beside == ["my_g_rden_.mtl"] + ["my_g_rden__texture_%d.png" % i for i in (0, 10, 2)]
+    stem = "my_g_rden__" + hashlib.sha256("my gärden\n".encode()).hexdigest()[:8]
+    assert beside == [stem + ".mtl"] + [stem + "_obj_texture_%d.png" % i for i in (0, 10, 2)]
     found, _ = read_mesh(path)
     assert_same(found, rich_mesh, ["textures", "materials"])
+
+
+SAME_LETTERS = [
+    ("日本", "中国"),
+    ("tür", "tör"),
+    ("a b", "a_b"),
+    ("a#b", "a%b"),
+    ("a" * 120, "a" * 121),
+]
+
+
+@pytest.mark.parametrize("stems", SAME_LETTERS, ids=lambda stems: stems[0][:3])
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".gltf", ".dae"])
+def test_files_beside_two_exports_are_not_the_same(tmp_path, suffix, stems):
+    """Names that plain letters cannot tell apart, and other suffixes: each keeps its own images."""
+    names = [stem + suffix for stem in stems] + [stems[0] + ".ply", stems[0] + ".obj"]
+    meshes_ = {}
+    for number, name in enumerate(dict.fromkeys(names)):
+        mesh = Mesh(SQUARE, TWO_FACES, texture_coordinates=SQUARE[:, :2] / 2)
+        mesh.textures = {0: pixels(number)}
+        mesh.materials = Materials(
+            np.full((1, 3), 255, np.uint8), np.zeros(1, np.int32), np.zeros(2, np.uint32)
+        )
+        write_mesh(tmp_path / name, mesh, overwrite=True)
+        meshes_[name] = mesh
+    for name, mesh in meshes_.items():
+        found, _ = read_mesh(tmp_path / name)
+        assert identical(found.textures[0], mesh.textures[0]), name
+
+
+def test_files_of_another_export_are_never_overwritten(tmp_path, rich_mesh):
+    """Also with overwrite: only what the file names that is replaced."""
+    write_mesh(tmp_path / "a.obj", rich_mesh)
+    os.rename(tmp_path / "a.obj", tmp_path / "b.obj")  # which names a.mtl now
+    rich_mesh.materials.colors[0] += np.uint8(1)
+    before = {name: (tmp_path / name).read_bytes() for name in os.listdir(tmp_path)}
+    with pytest.raises(MapFileError, match="a.mtl: the file exists already, and b.obj names it"):
+        write_mesh(tmp_path / "a.obj", rich_mesh, overwrite=True)
+    (tmp_path / "b.obj").unlink()
+    with pytest.raises(MapFileError, match="no mesh here names it"):
+        write_mesh(tmp_path / "a.obj", rich_mesh, overwrite=True)
+    assert {name: (tmp_path / name).read_bytes() for name in os.listdir(tmp_path)} == {
+        name: data for name, data in before.items() if name != "b.obj"
+    }
+    (tmp_path / "a.obj").write_bytes(b"mtllib xa.mtl a.mtl.bak\n")  # other files
+    with pytest.raises(MapFileError, match="a.mtl: the file exists already"):
+        write_mesh(tmp_path / "a.obj", rich_mesh, overwrite=True)
+    (tmp_path / "a.obj").write_bytes(b"mtllib a.mtl\n")
+    write_mesh(tmp_path / "a.obj", rich_mesh, overwrite=True)
+    assert_same(read_mesh(tmp_path / "a.obj")[0], rich_mesh, ["textures", "materials"])
 
 
 def test_every_color_of_obj_is_read_by_others(tmp_path):

@@ -14,6 +14,7 @@ from mesh_msgs_hdf5.formats.dae.export_dae import dae_of
 from mesh_msgs_hdf5.formats.gltf.export_glb import glb_of, gltf_of
 from mesh_msgs_hdf5.formats.obj.export_obj import obj_of
 from mesh_msgs_hdf5.formats.ply.export_ply import ply_of
+from mesh_msgs_hdf5.formats.side_files import check_side_files
 from mesh_msgs_hdf5.formats.stl import stl_of
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -59,7 +60,8 @@ def write_mesh(
     layer: the name of a layer that is painted into the vertex colors; georeferenced: coordinates
     with the origin added, as float64 (PLY, OBJ). OBJ and PLY name files beside
     them (textures, materials), which are written first; each takes its place in one step. Nothing
-    is written if one of them exists and overwrite is False. Raises MapFileError.
+    is written if one of them exists and overwrite is False, or is not of the file that is
+    overwritten. Raises MapFileError.
     """
     path = os.fsdecode(path)
     suffix = os.path.splitext(path)[1].lower()
@@ -83,6 +85,7 @@ def write_mesh(
     folder = os.path.dirname(os.path.realpath(path))
     beside = {os.path.join(folder, name): data for name, data in export.beside.items()}
     beside = {name: data for name, data in beside.items() if not _holds(name, data)}
+    check_side_files(path, map(os.path.basename, beside))
     for name in beside:
         check_target(name, overwrite)
     new: List[str] = []

@@ -1,4 +1,5 @@
 """What the writers of all formats share: the files of an export, names, and what is left out."""
+import hashlib
 import os
 import re
 from dataclasses import dataclass, field
@@ -85,18 +86,25 @@ def safe_name(text: str, taken: Collection[str], prefix: str = "") -> str:
 
 
 def file_stem(path: PathLike) -> str:
-    """What the names of files beside this one begin with: without blanks, which some programs do
-    not read.
+    """What the names of files beside this one begin with: its own name without suffix, in letters
+    that every program reads. A name that has others gets a hash, so that no two become one.
     """
     name = os.path.basename(os.path.realpath(os.fsdecode(path)))
-    return _UNSAFE.sub("_", os.path.splitext(name)[0])[:100] or "_"
+    stem = os.path.splitext(name)[0]
+    plain = _UNSAFE.sub("_", stem)[:100]
+    if plain == stem and plain:
+        return plain
+    return "%s_%s" % (plain or "_", hashlib.sha256(os.fsencode(stem)).hexdigest()[:8])
 
 
 def texture_files(path: PathLike, mesh: Mesh, export: Export) -> Dict[int, str]:
-    """Put a PNG of each texture beside the file; returns texture index -> file name."""
-    names = {
-        index: "%s_texture_%d.png" % (file_stem(path), index) for index in sorted(mesh.textures)
-    }
+    """Put a PNG of each texture beside the file; returns texture index -> file name.
+
+    Their names have the suffix, too: exports to several formats are of different maps, sometimes.
+    """
+    suffix = os.path.splitext(os.fsdecode(path))[1][1:]
+    pattern = "%s_%s_texture_%%d.png" % (file_stem(path), suffix)
+    names = {index: pattern % index for index in sorted(mesh.textures)}
     for index, name in names.items():
         export.beside[name] = png(mesh.textures[index])
     return names
