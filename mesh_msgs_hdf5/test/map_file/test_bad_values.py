@@ -89,7 +89,7 @@ def test_validate_says_what_it_said(bad):
 
 def test_mended_values():
     """What stands in the place of each bad value, for those whose meaning is clear."""
-    from mesh_msgs_hdf5.map_file.reading.mending import mended_coordinates, mended_normals
+    from mesh_msgs_hdf5.model.mending import mended_coordinates, mended_normals
 
     vertices = np.float32([[0, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 9], [5, 5, 5]])
     faces = np.uint32([[0, 1, 2], [0, 3, 1]])

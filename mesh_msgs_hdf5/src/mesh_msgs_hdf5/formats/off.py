@@ -206,7 +206,7 @@ def _take_vertex_values(mesh, head, table, report):
         if alpha.size and not np.isin(alpha, (1, 255)).all():
             report.note("left out: the alpha of the vertex colors")
     if head.coordinates:
-        mesh.texture_coordinates = coordinates_or_none(table[:, -2:], report)
+        mesh.texture_coordinates = coordinates_or_none(table[:, -2:], mesh.faces, report)
 
 
 def _colors(values, place, report):

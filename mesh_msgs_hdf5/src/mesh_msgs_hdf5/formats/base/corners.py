@@ -7,6 +7,7 @@ from mesh_msgs_hdf5.formats.base.equal_rows import equal_rows
 from mesh_msgs_hdf5.formats.base.polygons import Triangles
 from mesh_msgs_hdf5.formats.base.remap import take_vertices
 from mesh_msgs_hdf5.formats.base.report import ImportReport
+from mesh_msgs_hdf5.model.mending import mended_coordinates
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 
@@ -64,13 +65,15 @@ def texture_vertices(
     coordinates: np.ndarray,
     known: Optional[np.ndarray],
     vertex_count: int,
+    faces: np.ndarray,
     split: bool,
     report: ImportReport,
 ) -> CornerVertices:
     """Texture coordinates of vertices from those of corners.
 
     index: (N,) vertex of each corner; coordinates: (N, 2) float32; known: (N,) bool, which corners
-    have one, or None for all. A vertex whose corners differ is split if asked for: the first
+    have one, or None for all; faces: (F, 3) which corners are those of a triangle: one that is not
+    finite gets the mean of those beside it, with a note. A vertex whose corners differ is split if asked for: the first
     coordinates stay with it, a copy for each further pair is appended behind all others; else
     the coordinates are left out, and the report says how many.
     """
@@ -78,13 +81,13 @@ def texture_vertices(
     coordinates = np.ascontiguousarray(coordinates + np.float32(0))  # -0.0 is 0.0
     at = np.arange(len(index)) if known is None else np.flatnonzero(known)
     wrong = at[~np.isfinite(coordinates[at]).all(axis=1)]
-    if len(wrong):
-        report.note(
-            "texture coordinates left out: %d corners have some that are not finite, first %d",
-            len(wrong),
-            wrong[0],
-        )
+    if len(wrong) and len(wrong) == len(at):
+        report.note("texture coordinates left out: those of all %d corners are not finite", len(at))
         return CornerVertices(None, index, none)
+    if len(wrong):
+        text = "texture coordinates of %d corners are not finite: the mean of those beside them, "
+        report.note(text + "first corner %d", len(wrong), wrong[0])
+        coordinates[wrong] = _mended(index, coordinates, at, wrong, vertex_count, faces)
     if not coordinates[at].any():
         if len(at):  # what some programs write where there are none
             report.note("texture coordinates left out: all of them are 0")
@@ -111,6 +114,18 @@ def texture_vertices(
     return CornerVertices(result, moved, vertex[extra])
 
 
+def _mended(index, coordinates, known, wrong, vertex_count, faces):
+    """(len(wrong), 2) coordinates of wrong corners; those of one vertex are one."""
+    place = vertex_count + np.arange(len(index))
+    place[wrong] = index[wrong]
+    table = np.zeros((vertex_count + len(index), 2), np.float32)
+    table[place] = coordinates
+    bad = np.ones(len(table), bool)
+    bad[place[known]] = False
+    bad[place[wrong]] = True
+    return mended_coordinates(table, bad, place[faces])[place[wrong]]
+
+
 def with_corner_coordinates(
     mesh: Mesh,
     triangles: Triangles,
@@ -128,6 +143,7 @@ def with_corner_coordinates(
         triangles.of_corners(coordinates),
         None if known.all() else triangles.of_corners(known),
         len(mesh.vertices),
+        np.arange(mesh.faces.size).reshape(-1, 3),
         split,
         report,
     )

@@ -9,7 +9,12 @@ from mesh_msgs_hdf5.formats.base.movement import mirrors, moved_normals, moved_p
 from mesh_msgs_hdf5.formats.base.options import Options, placed
 from mesh_msgs_hdf5.formats.base.polygons import triangle_edges, weld
 from mesh_msgs_hdf5.formats.base.report import ImportReport
-from mesh_msgs_hdf5.formats.base.values import add_attribute, add_layer, normals_or_none
+from mesh_msgs_hdf5.formats.base.values import (
+    add_attribute,
+    add_layer,
+    coordinates_or_none,
+    normals_or_none,
+)
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
@@ -166,7 +171,8 @@ def unwelded_mesh(
     mesh = Mesh(vertices, scene.faces.astype(np.uint32), vertex_colors=scene.colors, origin=origin)
     if scene.normals is not None:
         mesh.vertex_normals = normals_or_none(scene.normals, report)
-    mesh.texture_coordinates = scene.coordinates
+    if scene.coordinates is not None:
+        mesh.texture_coordinates = coordinates_or_none(scene.coordinates, mesh.faces, report)
     for name, values in scene.layers.items():
         add_layer(path, mesh, name, values, report)
     for name, values in scene.attributes.items():
@@ -230,6 +236,7 @@ def welded_mesh(path: PathLike, scene: Scene, options: Options, report: ImportRe
             scene.coordinates[rows],
             None if known.all() else known,
             len(vertices),
+            number[scene.faces],
             options.split_seams is not False,
             report,
         )

@@ -8,6 +8,7 @@ from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.report import ImportReport, note_costs
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.model.mending import mended_coordinates
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 
@@ -16,9 +17,22 @@ def normals_or_none(normals: np.ndarray, report: ImportReport) -> Optional[np.nd
     return _finite_or_none("normals", normals, report)
 
 
-def coordinates_or_none(coordinates: np.ndarray, report: ImportReport) -> Optional[np.ndarray]:
-    """(V, 2) float32 texture coordinates, or None with a note if one is not finite."""
-    return _finite_or_none("texture coordinates", coordinates, report)
+def coordinates_or_none(
+    coordinates: np.ndarray, faces: np.ndarray, report: ImportReport
+) -> Optional[np.ndarray]:
+    """(V, 2) float32 texture coordinates of vertices with these faces (F, 3).
+
+    Those that are not finite become the mean of those beside them, with a note; None where all are.
+    """
+    values = np.ascontiguousarray(narrowed(coordinates))
+    bad = ~np.isfinite(values).all(axis=1)
+    if bad.all():
+        return _finite_or_none("texture coordinates", values, report)
+    if bad.any():
+        text = "%d texture coordinates are not finite: the mean of those beside them, first vertex"
+        report.note(text + " %d", np.count_nonzero(bad), bad.argmax())
+        values = mended_coordinates(values, bad, faces)
+    return values
 
 
 def _finite_or_none(what, values, report):

@@ -217,7 +217,7 @@ def _with_coordinates(path, lines, mesh, triangles, corners, index, options, rep
     table = _coordinate_table(path, lines)
     if _is_own(corners, index, len(table), len(mesh.vertices)):
         note_missing(np.count_nonzero(index < 0), report)
-        mesh.texture_coordinates = coordinates_or_none(table, report)
+        mesh.texture_coordinates = coordinates_or_none(table, mesh.faces, report)
         return mesh
     with np.errstate(over="ignore"):
         found = table.astype(np.float32)[np.maximum(index, 0)]

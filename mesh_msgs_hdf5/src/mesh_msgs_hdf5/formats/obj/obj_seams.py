@@ -63,9 +63,9 @@ def with_copies(
     index: np.ndarray,
     report: ImportReport,
 ) -> Mesh:
-    """The mesh, without normals, with these copies, if their coordinates (V + C, 2) are finite."""
+    """The mesh, without normals, with these copies and coordinates (V + C, 2)."""
     mesh = take_vertices(mesh, np.append(np.arange(len(mesh.vertices)), originals))
     mesh.faces = triangles.of_corners(index).astype(np.uint32).reshape(-1, 3)
-    mesh.texture_coordinates = coordinates_or_none(coordinates, report)
+    mesh.texture_coordinates = coordinates_or_none(coordinates, mesh.faces, report)
     mesh.seam_originals = originals.astype(np.uint32)
     return mesh

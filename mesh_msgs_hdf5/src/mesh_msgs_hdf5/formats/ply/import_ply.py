@@ -155,7 +155,9 @@ def _take_vertex_properties(path, mesh, vertex, remarks, report):
     for names in TEXTURE:
         if mesh.texture_coordinates is None and set(names) <= floats:
             used |= set(names)
-            mesh.texture_coordinates = coordinates_or_none(columns(vertex, names), report)
+            mesh.texture_coordinates = coordinates_or_none(
+                columns(vertex, names), mesh.faces, report
+            )
     for remark in about(remarks, "vertex_attribute"):
         attribute = own_attribute(vertex, remark, types)
         if attribute is not None:
