@@ -24,6 +24,7 @@ from mesh_msgs_hdf5.formats.base.export_parts import (
 from mesh_msgs_hdf5.formats.base.images import png
 from mesh_msgs_hdf5.formats.base.remarks import Remark, color_list, mesh_remark, remark_texts
 from mesh_msgs_hdf5.formats.gltf.gltf_file import BINARY_CHUNK, COMPONENTS, JSON_CHUNK, MAGIC
+from mesh_msgs_hdf5.formats.gltf.gltf_order import order_remark
 from mesh_msgs_hdf5.formats.gltf.gltf_scene import TEXTURE_V, VERTEX_COLOR
 from mesh_msgs_hdf5.model.errors import PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -233,6 +234,7 @@ def _primitives(mesh: Mesh, builder: _Builder, attributes, remarks: List[Remark]
     faces = mesh.faces.astype("<u4")
     if materials is None:
         index = builder.accessor(faces.reshape(-1, 1), _OF_INDICES)
+        remarks.append(order_remark(y_up(mesh.vertices), [faces]))
         return [{"attributes": attributes, "indices": index}]
     order = np.argsort(materials.face_materials, kind="stable")
     ordered = materials.face_materials[order]
@@ -241,6 +243,7 @@ def _primitives(mesh: Mesh, builder: _Builder, attributes, remarks: List[Remark]
         start, end = np.searchsorted(ordered, [material, material + 1])
         index = builder.accessor(faces[order[start:end]].reshape(-1, 1), _OF_INDICES)
         primitives.append({"attributes": attributes, "indices": index, "material": material})
+    remarks.append(order_remark(y_up(mesh.vertices), [faces[order]]))
     if len(primitives) > 1:
         view = builder.view(order.astype("<u4").tobytes())
         remarks.append({"face_order": view})

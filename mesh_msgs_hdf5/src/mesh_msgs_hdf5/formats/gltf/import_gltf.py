@@ -26,6 +26,7 @@ from mesh_msgs_hdf5.formats.base.scene import Scene, joined, unwelded_mesh, weld
 from mesh_msgs_hdf5.formats.base.values import add_attribute
 from mesh_msgs_hdf5.formats.gltf.gltf_file import GltfFile
 from mesh_msgs_hdf5.formats.gltf.gltf_materials import GltfMaterialReader
+from mesh_msgs_hdf5.formats.gltf.gltf_order import Order, kept_order
 from mesh_msgs_hdf5.formats.gltf.gltf_scene import SceneReader, check_extensions
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -45,6 +46,8 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
             "the glTF file has no faces in its scene",
             "a map needs triangles: mesh the points first",
         )
+        raise MapFileError("no_faces", path, "the glTF file has no faces in its scene", "")
+    order = kept_order(remarks, scene.positions, scene.faces)
     scene.positions, scene.normals = z_up(scene.positions), z_up(scene.normals)
     own = [remark["vertices"] for remark in about(remarks, "vertices", int)]
     exact = own == [len(scene.positions)]
@@ -54,7 +57,8 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
         for name, values in scene.attributes.items()
     }
     if exact:
-        _restore_order(file, scene, remarks)
+        if order.faces:
+            _restore_order(file, scene, remarks)
         mesh = unwelded_mesh(path, scene, options, report, remarked_origin(remarks))
         take_mesh_remark(path, mesh, remarks, report)
     else:
@@ -72,6 +76,9 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
         _take_values(file, mesh, remarks, report)
         _take_seams(file, mesh, remarks)
     mark_foreign_layers(mesh, remarks if exact else [])
+        _take_values(file, mesh, remarks, order, report)
+        if order.vertices:
+            _take_seams(file, mesh, remarks)
     return mesh
 
 
@@ -120,6 +127,25 @@ def _restore_order(file: GltfFile, scene: Scene, remarks: List[Remark]) -> None:
         scene.faces, scene.face_materials = scene.faces[place], scene.face_materials[place]
 
 
+def _still_fitting(remarks: List[Remark], order: Order, report: ImportReport) -> List[Remark]:
+    """Those that are not about faces (or vertices) by numbers that they have no more."""
+    gone = ["label", "face_attribute"] + ([] if order.vertices else ["vertex_attribute"])
+    counts = {}
+    for key in gone:
+        lost = [
+            remark for remark in about(remarks, key) if not isinstance(remark.get("attribute"), str)
+        ]
+        remarks = [remark for remark in remarks if all(remark is not each for each in lost)]
+        counts[key] = len(lost)
+    shown = ["%d %ss" % (n, key.replace("_", " ")) for key, n in counts.items() if n]
+    report.note(
+        "another program has changed the order of its faces%s: the order of the file is kept%s",
+        "" if order.vertices else " or vertices",
+        "; left out: %s, which belong to them by their number" % ", ".join(shown) if shown else "",
+    )
+    return remarks
+
+
 def _array(file: GltfFile, view: Any, kind: Any, rows: int, width: Any) -> Optional[np.ndarray]:
     """(rows, width) numbers in a buffer view of our export, or None if it does not fit."""
     if kind not in NUMBERS or type(width) is not int or type(rows) is not int or width < 1:
@@ -140,8 +166,10 @@ def _take_seams(file, mesh, remarks):
             mesh.seam_originals = originals.astype(np.uint32)
 
 
-def _take_values(file, mesh, remarks, report):
+def _take_values(file, mesh, remarks, order, report):
     damaged: Dict[str, int] = {}
+    if not (order.faces and order.vertices):
+        remarks = _still_fitting(remarks, order, report)
     for place, rows in (("vertex", len(mesh.vertices)), ("face", len(mesh.faces))):
         for remark in about(remarks, place + "_attribute"):
             name, parameters = remark[place + "_attribute"], parameters_of(remark)
