@@ -65,6 +65,22 @@ def test_a_line_for_each_face(path, tmp_path, capsys):
     check_table(json.loads((tmp_path / "ids_classes.json").read_text()))
 
 
+@pytest.mark.parametrize("remarked", [True, False])
+def test_colors_of_labels_come_back_by_the_table(path, tmp_path, remarked):
+    """With the comments of our export, and without, as from a program that knows none."""
+    assert main(["export", str(path), str(tmp_path / "ids.ply"), "--ids", "-q"]) == 0
+    if not remarked:
+        head, body = (tmp_path / "ids.ply").read_bytes().split(b"end_header\n", 1)
+        lines = [line for line in head.splitlines(True) if b"comment mesh_tools" not in line]
+        (tmp_path / "ids.ply").write_bytes(b"".join(lines) + b"end_header\n" + body)
+    words = ["import", str(tmp_path / "ids.ply"), str(tmp_path / "back.h5"), "-q"]
+    words += ["--labels-from", "class_id,instance_id"]
+    words += ["--label-names", str(tmp_path / "ids_classes.json")]
+    assert main(words) == 0
+    colors = {text: label.color for text, label in MapFile(tmp_path / "back.h5").labels().items()}
+    assert colors == {text: label.color for text, label in LABELS.items()}
+
+
 def test_columns_of_ply_come_back_as_the_same_labels(path, tmp_path, capsys):
     run(capsys, "export", path, tmp_path / "ids.ply", "--ids")
     mesh, _ = read_mesh(tmp_path / "ids.ply")

@@ -136,7 +136,18 @@ def test_what_cannot_be_made_is_refused(tmp_path, name, options, text):
         read_mesh(tmp_path / name, **options)
 
 
-@pytest.mark.parametrize("text", ["{", "[1]", '{"a": "b"}', '{"1": 2}', "1\n", "a,b\nc,d\n"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"classes": [], "labels": [{"instance_id": 1, "label": "a", "color": [1, 2]}]}',
+        "{",
+        "[1]",
+        '{"a": "b"}',
+        '{"1": 2}',
+        "1\n",
+        "a,b\nc,d\n",
+    ],
+)
 def test_what_is_no_table(tmp_path, capsys, text):
     path = strip(tmp_path)
     (tmp_path / "names").write_text(text)

@@ -138,6 +138,7 @@ def run(arguments: argparse.Namespace) -> int:
             labels_from=arguments.labels_from,
             label_names=names.classes,
             label_texts=names.labels,
+            label_colors=names.colors,
         )
         mesh.frame_id = arguments.frame or mesh.frame_id
         mesh.crs = mesh.crs if arguments.crs is None else arguments.crs

@@ -142,8 +142,8 @@ def read_mesh(
     vertices; the others are welded, except for glTF that this package wrote. part: which
     mesh of a map file. label_changes: of its labels, as in an Edit (labels.map_contents.read_map
     has those of the journal). options: origin, split_seams, merge_vertices, repair, up,
-    scale, transform, labels_from, label_names, label_texts, see formats.base.options. Every face
-    index and coordinate is checked. Raises MapFileError.
+    scale, transform, labels_from, label_names, label_texts, label_colors, see formats.base.options.
+    Every face index and coordinate is checked. Raises MapFileError.
     """
     path = os.fsdecode(path)
     chosen = checked_options(path, **options)
@@ -212,7 +212,7 @@ def _from_format(path, kind, options, report):
 
 
 def _take_labels(path, mesh, options, report):
-    names = ClassNames(dict(options.label_names), dict(options.label_texts))
+    names = ClassNames(*map(dict, (options.label_names, options.label_texts, options.label_colors)))
     take_numbered_labels(path, mesh, options.labels_from, names, report)
 
 

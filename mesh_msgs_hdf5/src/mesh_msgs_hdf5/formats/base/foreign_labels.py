@@ -1,6 +1,7 @@
 """Labels that other programs keep in another way: as numbers of faces or vertices, or as groups."""
 import json
-from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Tuple
+import types
+from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -9,14 +10,17 @@ from mesh_msgs_hdf5.files.probe import os_error, read_head
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import MAX_LABELS, usable_label
-from mesh_msgs_hdf5.model.mesh import Label, Mesh
+from mesh_msgs_hdf5.model.mesh import Color, Label, Mesh
 
 
 class ClassNames(NamedTuple):
-    """What numbers of classes mean; labels: texts of whole labels by numbers of instances."""
+    """What numbers of classes mean; labels, colors: texts of whole labels, and their colors, by
+    numbers of instances.
+    """
 
     classes: Dict[int, str]
     labels: Dict[int, str]
+    colors: Mapping[int, Color] = types.MappingProxyType({})
 
 
 # of an OBJ file: what may name its faces
@@ -54,7 +58,7 @@ def take_numbered_labels(
         text = names.classes.get(row[0], "%s%d" % (stem, row[0]))
         if len(row) > 1:
             text = names.labels.get(row[1], "%s_%d" % (text, row[1]))
-        _add(mesh, text, faces)
+        _add(mesh, text, faces, names.colors.get(row[1]) if len(row) > 1 else None)
     report.note("%d labels of %s", len(found), ", ".join(sources))
 
 
@@ -94,17 +98,20 @@ def parsed_class_names(path: PathLike, text: str) -> ClassNames:
     try:
         value = json.loads(text) if text.lstrip()[:1] in "{[" else None
         found = _of_csv(text) if value is None else _of_json(value)
-        labels = {}
+        labels, colors = {}, {}
         if isinstance(value, dict) and "classes" in value:
             for entry in value.get("labels", ()):
                 labels[int(entry["instance_id"])] = _text(entry["label"])
+                if entry.get("color") is not None:
+                    colors[int(entry["instance_id"])] = _color(entry["color"])
     except (LookupError, ValueError, TypeError, AttributeError, RecursionError) as error:
         reason = one_line(str(error))[:80]
         hint = '{"1": "tree"}, or lines of CSV: 1,tree'
         raise MapFileError(
             "format", path, "it is no table of classes: %s" % reason, hint
         ) from error
-    return ClassNames({number: usable_label(name) for number, name in found.items()}, labels)
+    classes = {number: usable_label(name) for number, name in found.items()}
+    return ClassNames(classes, labels, colors)
 
 
 def _of_json(value: Any) -> Dict[int, str]:
@@ -126,6 +133,13 @@ def _text(value: Any) -> str:
     if not isinstance(value, str):
         raise TypeError("%r is no name" % (value,))
     return value
+
+
+def _color(value: Any) -> Color:
+    red, green, blue = value
+    if not all(type(level) is int and 0 <= level <= 255 for level in value):
+        raise ValueError("%.40r is no color" % (value,))
+    return red, green, blue
 
 
 def _numbers(path: PathLike, mesh: Mesh, source: str) -> np.ndarray:
@@ -157,11 +171,12 @@ def _whole(path: PathLike, source: str, values: np.ndarray) -> np.ndarray:
     return known.astype(np.int64)
 
 
-def _add(mesh: Mesh, text: str, faces: np.ndarray) -> None:
+def _add(mesh: Mesh, text: str, faces: np.ndarray, color: Optional[Color] = None) -> None:
     text = usable_label(text)
     if text in mesh.labels:
         faces = np.union1d(mesh.labels[text].faces, faces)
-    mesh.labels[text] = Label(faces.astype(np.uint32))
+        color = mesh.labels[text].color or color
+    mesh.labels[text] = Label(faces.astype(np.uint32), color)
 
 
 def read_class_names(path: str) -> ClassNames:

@@ -9,6 +9,7 @@ from mesh_msgs_hdf5.checks.exact import narrowed
 from mesh_msgs_hdf5.formats.base.movement import Y_TO_Z_UP, matrix_fault, moved_positions
 from mesh_msgs_hdf5.formats.base.report import ImportReport, is_noticed, note_rounding
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.model.mesh import Color
 
 Origin = Tuple[float, float, float]
 AUTO, NEEDED = "auto", "needed"
@@ -34,8 +35,8 @@ class Options:
     transform: None, or 4 x 4 numbers row by row, which move the mesh after all that.
     labels_from: names of what labels are made of: the property of faces or vertices with their
         class, and perhaps that with their instance; of OBJ "groups", "objects" or "materials".
-    label_names, label_texts: (number, name) of classes in such a property; (number, text) of labels
-        in that with the instance.
+    label_names, label_texts, label_colors: (number, name) of classes in such a property; (number,
+        text) and (number, (red, green, blue)) of labels in that with the instance.
     """
 
     origin: Union[None, str, Origin] = None
@@ -48,6 +49,7 @@ class Options:
     labels_from: Tuple[str, ...] = ()
     label_names: Tuple[Tuple[int, str], ...] = ()
     label_texts: Tuple[Tuple[int, str], ...] = ()
+    label_colors: Tuple[Tuple[int, Color], ...] = ()
 
     @property
     def matrix(self) -> Optional[np.ndarray]:
@@ -118,13 +120,14 @@ def checked_options(path: PathLike, **values: Any) -> Options:
 
 
 def _checked_labels(path, values):
-    """labels_from and label_names."""
+    """labels_from, and what its numbers mean."""
     sources = values.get("labels_from") or ()
     sources = (sources,) if isinstance(sources, str) else tuple(sources)
     if len(sources) > 2 or not all(isinstance(source, str) and source for source in sources):
         text = "labels_from is %s" % one_line(repr(sources))[:80]
         raise MapFileError("value", path, text, "one name, or two: of the class and the instance")
-    tables = (dict(values.get(name) or {}) for name in ("label_names", "label_texts"))
+    names = ("label_names", "label_texts", "label_colors")
+    tables = (dict(values.get(name) or {}) for name in names)
     return (sources, *(tuple(sorted(table.items())) for table in tables))
 
 
