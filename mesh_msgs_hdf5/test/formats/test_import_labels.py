@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 from mesh_writers import ply, stl, xyz
 
+from mesh_msgs_hdf5.checks.check import identical
 from mesh_msgs_hdf5.commands.mesh_tool import main
+from mesh_msgs_hdf5.formats.exporter import write_mesh
 from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -82,6 +84,27 @@ def test_groups_of_obj(tmp_path, source, expected):
     assert "--labels-from groups makes labels of its 2 groups" in report.notes
     mesh, _ = read_mesh(tmp_path / "a.obj", labels_from=(source,))
     assert faces_of(mesh) == expected
+
+
+@pytest.mark.parametrize("kind", ["u1", "i8", "f8"])
+@pytest.mark.parametrize("width", [None, 1])
+def test_of_vertex_attributes(tmp_path, kind, width):
+    """Of a map, and of our own PLY of it."""
+    classes = np.array([1, 1, 1, 1, 0, 3, 3, 3, 3, 3, 0, 0]).astype(kind)
+    classes = classes if width is None else classes.reshape(-1, width)
+    mesh = Mesh(POINTS, np.uint32([q[:3] for q in QUADS]), vertex_attributes={"class_id": classes})
+    MapFile.write(tmp_path / "a.h5", mesh)
+    write_mesh(tmp_path / "a.ply", mesh)
+    for name in ("a.h5", "a.ply"):
+        found, _ = read_mesh(tmp_path / name, labels_from=("class_id",), label_names=NAMES)
+        assert faces_of(found) == {"floor": [0, 1], "chair": [2, 3]}
+        values = found.vertex_attributes["class_id"]
+        assert identical(values.reshape(-1), classes.reshape(-1))
+    _, report = read_mesh(tmp_path / "a.ply")
+    assert "--labels-from class_id makes labels of what class_id says" in report.notes
+    with pytest.raises(MapFileError) as refused:
+        read_mesh(tmp_path / "a.h5", labels_from=("classes",))
+    assert refused.value.hint == "there are: class_id"
 
 
 def test_of_a_map(tmp_path):

@@ -39,7 +39,7 @@ def take_numbered_labels(
 ) -> None:
     """Make labels of the numbers that faces (or the vertices of faces) have.
 
-    sources: the attribute with their class, and perhaps that with their instance. names:
+    sources: the attribute (or layer) with their class, and perhaps that with their instance. names:
     those of classes that are not in it are called after the attribute: category_id 5 is category5.
     Numbers below 1 are
     no label. Raises MapFileError (label) where there is no such attribute, or too many labels.
@@ -65,7 +65,10 @@ def take_numbered_labels(
 def note_numbered_labels(mesh: Mesh, report: ImportReport) -> None:
     """Say that a mesh without labels has what labels could be made of."""
     for name in _USUAL:
-        if not mesh.labels and (name in mesh.face_attributes or name in mesh.vertex_costs):
+        if not mesh.labels and any(
+            name in members
+            for members in (mesh.face_attributes, mesh.vertex_costs, mesh.vertex_attributes)
+        ):
             report.note("--labels-from %s makes labels of what %s says", name, name)
             return
 
@@ -146,17 +149,23 @@ def _numbers(path: PathLike, mesh: Mesh, source: str) -> np.ndarray:
     """(F,) int64: the attribute of faces of that name, or what most corners of a face have."""
     if source in mesh.face_attributes:
         values = mesh.face_attributes[source]
-        values = values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
-        if values.ndim == 1:
-            return _whole(path, source, values)
-    elif source in mesh.vertex_costs:
-        a, b, c = _whole(path, source, mesh.vertex_costs[source])[mesh.faces].T
-        return np.where(b == c, b, a)
-    known = [name for name, v in mesh.face_attributes.items() if v.ndim == 1 or v.shape[1] == 1]
+        if _is_one_number(values):
+            return _whole(path, source, values.reshape(-1))
+    else:
+        values = mesh.vertex_costs.get(source, mesh.vertex_attributes.get(source))
+        if values is not None and _is_one_number(values):
+            a, b, c = _whole(path, source, values.reshape(-1))[mesh.faces].T
+            return np.where(b == c, b, a)
+    known = [name for name, values in mesh.face_attributes.items() if _is_one_number(values)]
     known += list(mesh.vertex_costs)
+    known += [name for name, values in mesh.vertex_attributes.items() if _is_one_number(values)]
     hint = "there are: " + ", ".join(known) if known else "the mesh has none"
     text = "there is no property %r of one number to make labels of" % one_line(source)[:80]
     raise MapFileError("label", path, text, hint)
+
+
+def _is_one_number(values: np.ndarray) -> bool:
+    return values.ndim == 1 or values.shape[1] == 1
 
 
 def _whole(path: PathLike, source: str, values: np.ndarray) -> np.ndarray:
