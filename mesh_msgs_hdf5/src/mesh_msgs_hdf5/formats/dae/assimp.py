@@ -132,7 +132,7 @@ def read_scene(
 
     Axes: x right, y up, z to the viewer; meters (of FBX neither is applied). A material has "color"
     [red, green, blue] from 0 to 255 and "texture", the name of a file, or None; "*2" is the third
-    of the images in the file itself, whose bytes images gets.
+    of the images in the file itself, whose bytes images gets; and "name".
     """
     library = _library(path)
     scene = library.aiImportFile(os.fsencode(path), _TRIANGULATE | _SORT_BY_KIND)
@@ -177,7 +177,9 @@ def _material(library, material) -> Material:
         color[:3] = (1, 1, 1)
     found = library.aiGetMaterialString(material, b"$tex.file", _DIFFUSE, 0, ctypes.byref(name))
     text = os.fsdecode(name.data) if found == 0 and name.length else None
-    return {"color": byte_color(list(color)), "texture": text}
+    known = library.aiGetMaterialString(material, b"?mat.name", 0, 0, ctypes.byref(name)) == 0
+    own = os.fsdecode(name.data) if known and name.length else ""
+    return {"color": byte_color(list(color)), "texture": text, "name": own}
 
 
 def _instances(path, scene, report) -> List[ScenePart]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.formats.base.export_parts import Export, texture_files
+from mesh_msgs_hdf5.formats.dae.own_materials import own_materials_extra
 from mesh_msgs_hdf5.model.errors import PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
@@ -52,6 +53,7 @@ def dae_of(path: PathLike, mesh: Mesh) -> Export:
         *(bound if count else []),
         "</instance_geometry></node></visual_scene></library_visual_scenes>",
         '<scene><instance_visual_scene url="#scene"/></scene>',
+        *own_materials_extra(path, mesh, files),
         "</COLLADA>",
     ]
     head.append('<library_geometries><geometry id="mesh"><mesh>')

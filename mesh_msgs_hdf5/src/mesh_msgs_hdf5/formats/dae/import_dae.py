@@ -13,6 +13,7 @@ from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.scene import Scene, welded_mesh, z_up
 from mesh_msgs_hdf5.formats.dae.assimp import Material
 from mesh_msgs_hdf5.formats.dae.fbx_settings import unit, up_axis
+from mesh_msgs_hdf5.formats.dae.own_materials import own_materials
 from mesh_msgs_hdf5.formats.dae.zae_archive import image_in
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -61,6 +62,12 @@ def mesh_of_scene(
         report.note("COLLADA's unit and up axis were applied: meters, z up")
     mesh = welded_mesh(path, scene, options, report)
     textures = ImportedTextures(Folder(path), report, wanted=mesh.texture_coordinates is not None)
+    if kind == "dae":
+        names = [material["name"] for material in materials]
+        own = own_materials(data, names, scene.face_materials, textures, report)
+        if own is not None:
+            give_materials(mesh, own.materials, own.faces, textures, exact=True)
+            return mesh
     used, numbers = np.unique(scene.face_materials, return_inverse=True)
     found = []
     for material in (materials[number] for number in used.tolist()):
