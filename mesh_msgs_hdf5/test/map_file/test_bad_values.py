@@ -11,6 +11,7 @@ from map_samples import assert_same
 from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.map_file.convert import convert
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
@@ -103,6 +104,36 @@ def test_mended_values():
     # of the corners of each face: vertex 1 is in both
     np.testing.assert_allclose(mended[0], [(1 + 0 + 1 + 1) / 4, (0 + 1 + 1 + 0) / 4])
     assert (mended[4] == 0).all() and (mended[1:4] == uv[1:4]).all()
+
+
+@pytest.mark.parametrize("layout", ["s1", "lvr2"])
+def test_a_face_whose_material_is_not_there_is_white(tmp_path, rich_mesh, layout):
+    path = tmp_path / "a.h5"
+    MapFile.write(path, rich_mesh)
+    if layout == "lvr2":
+        convert(path, tmp_path / "b.h5", profile="lvr2")
+        path = tmp_path / "b.h5"
+    places = {"s1": "textures/mat_face_indices", "lvr2": "channels/face_material_indices"}
+    with h5py.File(path, "r+") as file:
+        file["mesh"][places[layout]][33] = 77
+    found = MapFile(path).materials
+    wanted = rich_mesh.materials
+    count = len(wanted.colors)
+    assert found.colors.tolist() == [*wanted.colors.tolist(), [255, 255, 255]]
+    assert found.texture_indices.tolist() == [*wanted.texture_indices.tolist(), -1]
+    of_faces = wanted.face_materials.copy()
+    of_faces[33] = count
+    assert found.face_materials.tolist() == of_faces.tolist()
+
+
+def test_one_error_has_no_false_consequences(tmp_path, rich_mesh):
+    """Textures have no material, and no coordinates, only where that is so."""
+    MapFile.write(tmp_path / "whole.h5", rich_mesh)
+    before = {(f.rule, f.where) for f in validate(str(tmp_path / "whole.h5"))}
+    for kind in ("materials", "texture", "coordinates"):
+        write_bad(tmp_path / "a.h5", rich_mesh, kind)
+        found = {(f.rule, f.where) for f in validate(str(tmp_path / "a.h5"))} - before
+        assert [where for _, where in found] == [BAD[kind].finding], found
 
 
 def test_minus_infinity_is_unknown_and_never_free(tmp_path, rich_mesh):

@@ -12,7 +12,6 @@ from mesh_msgs_hdf5.map_file.hdf5 import chunks
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_files import reading
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import reached
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
-from mesh_msgs_hdf5.model.mending import mended_normals
 from mesh_msgs_hdf5.map_file.writing.check_edit import checked_edit
 from mesh_msgs_hdf5.map_file.writing.edit_writer import apply_edit
 from mesh_msgs_hdf5.map_file.writing.hdf5_stream import Stream, building, reading_stream
@@ -38,6 +37,7 @@ from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.edit import Edit, LabelChanges, changed_labels
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import TEXT
+from mesh_msgs_hdf5.model.mending import mended_normals
 
 _NONE: Mapping[str, LabelChanges] = types.MappingProxyType({})
 PROFILES = ("s1", "lvr2", "both", "ros2")

@@ -99,7 +99,10 @@ def _validate_members(file: Members, form, progress) -> List[MapFinding]:
         normals = None if normals is None else normals[: len(whole.parent_vertices)]
         findings += check_shape(whole.parent_vertices, whole.parent_faces, normals)
     coordinates, materials = (members.get(key) for key in ("texture_coordinates", "materials"))
-    findings += check_textures(members.get("textures", ()), materials, coordinates)
+    # what cannot be read is there, and has no consequences of its own
+    unread = {finding.where for finding in findings if finding.level == ERROR}
+    if not unread & {"materials", "texture_coordinates", "textures"}:
+        findings += check_textures(members.get("textures", ()), materials, coordinates)
     return findings
 
 

@@ -73,9 +73,9 @@ def texture_vertices(
 
     index: (N,) vertex of each corner; coordinates: (N, 2) float32; known: (N,) bool, which corners
     have one, or None for all; faces: (F, 3) which corners are those of a triangle: one that is not
-    finite gets the mean of those beside it, with a note. A vertex whose corners differ is split if asked for: the first
-    coordinates stay with it, a copy for each further pair is appended behind all others; else
-    the coordinates are left out, and the report says how many.
+    finite gets the mean of those beside it, with a note. A vertex whose corners differ is split if
+    asked for: the first coordinates stay with it, a copy for each further pair is appended behind
+    all others; else the coordinates are left out, and the report says how many.
     """
     none = np.zeros(0, np.int64)
     coordinates = np.ascontiguousarray(coordinates + np.float32(0))  # -0.0 is 0.0

@@ -7,9 +7,9 @@ import numpy as np
 from mesh_msgs_hdf5.checks.check import check_faces, check_finite
 from mesh_msgs_hdf5.checks.exact import to_exact
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import check_shape
-from mesh_msgs_hdf5.model.mending import mended_normals
 from mesh_msgs_hdf5.map_file.reading.part_reader import PartReader
 from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.mending import mended_normals
 
 
 class GeometryReader(PartReader):

@@ -44,7 +44,8 @@ class MaterialReader(PartReader):
     @property
     def materials(self) -> Optional[Materials]:
         """What the faces are made of; None if the file does not say it of each face, or not so
-        that it can be read. A material whose texture is not there is one without."""
+        that it can be read. A material whose texture is not there is one without; a face whose
+        material is not there is white."""
         return self.tolerated(self._materials, None)
 
     def _materials(self):
@@ -67,8 +68,26 @@ class MaterialReader(PartReader):
         faces = self.guarded.values(datasets[-1]).reshape(-1)
         found = Materials(colors, indices, faces)
         if not self.strict:
+            found = self._with_one_for_each(found)
             self.without_textures(found, self.texture_indices())
         return checked_materials(path, found, self.face_count, self.texture_indices())
+
+    def _with_one_for_each(self, materials: Materials) -> Materials:
+        """Faces whose material is not there get a white one, with a note."""
+        faces, count = materials.face_materials, len(materials.colors)
+        if faces.dtype.kind not in "iu":
+            return materials
+        wrong = (faces < 0) | (faces >= count)
+        if not wrong.any() or wrong.all():
+            return materials
+        text = "left out: the materials of %d faces, which are white: face %d refers to material %d"
+        first = wrong.argmax()
+        self.note((text + " of %d") % (np.count_nonzero(wrong), first, faces[first], count))
+        return Materials(
+            np.append(materials.colors, np.full((1, 3), 255, np.uint8), axis=0),
+            np.append(materials.texture_indices, np.int32(-1)),
+            np.where(wrong, count, faces.astype(np.int64)),
+        )
 
     def without_textures(self, materials: Materials, there: Collection[int]) -> None:
         """Take the textures that are not there away from materials; a note says so."""

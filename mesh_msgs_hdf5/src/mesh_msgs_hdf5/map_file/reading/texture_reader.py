@@ -9,10 +9,10 @@ from mesh_msgs_hdf5.checks.check import checked_image, checked_texture_coordinat
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import check_shape
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import attribute
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import exists, is_group_of_this_file
-from mesh_msgs_hdf5.model.mending import mended_coordinates
 from mesh_msgs_hdf5.map_file.reading.part_reader import PartReader
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.mending import mended_coordinates
 
 MAX_TEXTURES = 10_000
 _MAX_INDEX = (1 << 31) - 1
