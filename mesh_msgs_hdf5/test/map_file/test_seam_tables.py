@@ -121,6 +121,34 @@ def test_a_table_of_another_mesh_is_left_out(path):
     assert [f.rule for f in validate(path) if f.level == "error"] == ["uuid"]
 
 
+@pytest.mark.parametrize("itself", [True, False])
+def test_repair_restores_a_table_whose_copies_lie_on_their_originals(path, tmp_path, itself):
+    mesh = MapFile(path).read()
+    with h5py.File(path, "r+") as file:
+        file["mesh/seams/originals"].attrs["parent_uuid"] = "00000000-0000-5000-8000-000000000000"
+    file = MapFile(path)
+    assert file.read().seam_originals is None
+    (note,) = file.notes
+    assert "repair restores" in note and "import --merge-vertices" in note
+    (error,) = [f for f in validate(path) if f.level == "error"]
+    assert error.message.count("repair restores") == 1
+    out = path if itself else str(tmp_path / "out.h5")
+    assert main(["repair", path] + ([] if itself else [out]) + ["-q"]) == 0
+    found = MapFile(out)
+    assert np.array_equal(found.seam_originals, mesh.seam_originals) and not found.notes
+    assert found.parent_uuid == mesh.parent_uuid
+    assert not [f for f in validate(out) if f.level == "error"]
+
+
+def test_repair_restores_no_table_whose_copies_are_elsewhere(path, tmp_path):
+    with h5py.File(path, "r+") as file:
+        file["mesh/seams/originals"].attrs["parent_uuid"] = "00000000-0000-5000-8000-000000000000"
+        file["mesh/seams/originals"][2] = (file["mesh/seams/originals"][2] + 1) % 8
+    out = str(tmp_path / "out.h5")
+    assert main(["repair", path, out, "-q"]) == 0
+    assert MapFile(out).seam_originals is None
+
+
 def test_info_and_diff_say_it(path, tmp_path, capsys):
     file = MapFile(path)
     assert main(["info", path]) == 0

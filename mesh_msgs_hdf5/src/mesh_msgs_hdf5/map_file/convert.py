@@ -101,16 +101,28 @@ def repair(
             if reader.schema != "S1":
                 text = "it is a file of schema %s, which is only read" % reader.schema
                 raise MapFileError("schema", source_path, text, "name another file for the result")
+            reader.restores_seams = True
             reader.read()
             if not reader.notes:
                 return []
-    return _rewrite(source_path, target_path, part, "s1", overwrite, label_changes, expected)
+    changes = label_changes, expected
+    return _rewrite(source_path, target_path, part, "s1", overwrite, *changes, repairs=True)
 
 
-def _rewrite(source_path, target_path, part, profile, overwrite, label_changes, expected=None):
+def _rewrite(
+    source_path,
+    target_path,
+    part,
+    profile,
+    overwrite,
+    label_changes,
+    expected=None,
+    repairs=False,
+):
     notes: List[str] = []
     with reading(source_path) as source:
         reader = MapReader(source, source_path, part)
+        reader.restores_seams = repairs
         _check_version(reader)
         mesh = reader.read()
         if reader.part in label_changes:

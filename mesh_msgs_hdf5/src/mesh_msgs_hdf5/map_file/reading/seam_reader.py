@@ -12,11 +12,16 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 
+_WAY_OUT = "mesh_tool repair restores the table, import --merge-vertices makes it anew"
+
+
 class SeamReader(PartReader):
     """The table of copies of a part, which a file of before has not."""
 
     vertices: np.ndarray
     faces: np.ndarray
+    # a table of another mesh is taken where every copy lies on its original, with a note
+    restores_seams = False
 
     def seam_places(self) -> List[str]:
         """Where the table is; [] if there is none."""
@@ -55,5 +60,11 @@ class SeamReader(PartReader):
         stored, actual = text_attribute(path, found, schema.PARENT_UUID), mesh.parent_uuid
         if stored != actual:
             text = "%s is of the mesh %s, but without the copies this one is %s"
-            raise MapFileError("uuid", path, text % (found.name, stored, actual), "")
+            text += ", though every copy lies on its original"
+            text %= found.name, stored, actual
+            if not self.restores_seams:
+                # the error itself has no place for a hint where it becomes a note
+                text += "; " + _WAY_OUT if not self.strict else ""
+                raise MapFileError("uuid", path, text, _WAY_OUT)
+            self.note("restored: " + text)
         return mesh.seam_originals
