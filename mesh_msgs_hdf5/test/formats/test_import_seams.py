@@ -218,6 +218,28 @@ def test_a_copy_takes_the_place_of_an_original_without_faces():
     assert found.seam_originals.tolist() == [1]
 
 
+def test_copies_that_differ_are_said_where_they_go(tmp_path, path):
+    mesh, _ = read_mesh(path)
+    count, copies = len(mesh.vertices), len(mesh.seam_originals)
+    originals = np.append(np.arange(count - copies), mesh.seam_originals)
+    rng = np.random.default_rng(4)
+    values = rng.random((count, 3)).astype(np.float32)
+    mesh.vertex_costs = {"same": values[originals, 0], "slope": values[:, 0].copy()}
+    mesh.vertex_costs["same"][originals == 1] = np.nan
+    mesh.vertex_attributes = {"feature": values.copy(), "alike": values[originals]}
+    mesh.vertex_attributes["feature"][:-2] = values[originals][:-2]
+    mesh.vertex_colors = np.uint8(values * 255)[originals]
+    mesh.vertex_colors[-1] += 1
+    MapFile.write(tmp_path / "a.h5", mesh)
+    _, report = read_mesh(tmp_path / "a.h5", split_seams=False)
+    (note,) = [note for note in report.notes if "differ from their originals" in note]
+    assert note.endswith(": 1 colors, 2 attribute feature, %d layer slope" % copies)
+    mesh.vertex_costs, mesh.vertex_attributes, mesh.vertex_colors = {}, {}, None
+    MapFile.write(tmp_path / "a.h5", mesh)
+    _, report = read_mesh(tmp_path / "a.h5", split_seams=False)
+    assert not any("differ from" in note for note in report.notes)
+
+
 def test_a_map_without_its_textures(tmp_path, path):
     mesh, _ = read_mesh(path)
     costs = np.arange(len(mesh.vertices), dtype=np.float32)

@@ -8,6 +8,7 @@ from typing import Any, Callable, Dict, Mapping, Optional, Tuple
 
 import numpy as np
 from mesh_msgs.checks.rounding import is_too_much
+from mesh_msgs.text import one_line
 
 from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import checked_mesh
@@ -29,7 +30,7 @@ from mesh_msgs_hdf5.model.carried_mesh import mark_silent
 from mesh_msgs_hdf5.model.edit import changed_labels
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
-from mesh_msgs_hdf5.model.seams import without_copies
+from mesh_msgs_hdf5.model.seams import differing_copies, without_copies
 
 
 # Each format is imported when the first file of it is read: nodes read map files, and start sooner.
@@ -229,11 +230,24 @@ def _seamed(mesh, options, report):
         report.split = 0
         if mesh.textures:
             report.note("left out: %d textures, for want of coordinates", len(mesh.textures))
+        _note_differing_copies(mesh, report)
         return without_copies(mesh)
     if report.split:
         text = "textures have seams at %d vertices: the last %d vertices are copies of them"
         report.note(text, count, len(originals))
     return mesh
+
+
+def _note_differing_copies(mesh, report):
+    differing = differing_copies(mesh)
+    if differing:
+        text = ["%d %s" % (n, one_line(what)) for what, n in list(differing.items())[:8]]
+        text += ["..."] if len(differing) > 8 else []
+        report.note(
+            "copies along seams differ from their originals, whose values stay (of layers the "
+            "largest): %s",
+            ", ".join(text),
+        )
 
 
 def _mended(path, mesh, options, report):

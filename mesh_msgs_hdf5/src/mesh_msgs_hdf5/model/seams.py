@@ -1,6 +1,6 @@
 """A mesh without the copies of vertices along the seams of its textures."""
 from dataclasses import replace
-from typing import Optional
+from typing import Dict, Optional
 
 import numpy as np
 from mesh_msgs.split_mesh import SplitMesh
@@ -48,6 +48,31 @@ def without_copies(mesh: Mesh) -> Mesh:
         materials=materials,
         seam_originals=None,
     )
+
+
+def differing_copies(mesh: Mesh) -> Dict[str, int]:
+    """What copies have otherwise than their originals -> how many of them, where there are any:
+    "normals", "colors", "attribute NAME", "layer NAME". All these but the layers get lost where
+    the mesh becomes its parent; of layers the largest values stay.
+    """
+    if mesh.seam_originals is None:
+        return {}
+    of_vertices = {
+        "normals": mesh.vertex_normals,
+        "colors": mesh.vertex_colors,
+        **{"attribute " + name: values for name, values in mesh.vertex_attributes.items()},
+        **{"layer " + name: values for name, values in mesh.vertex_costs.items()},
+    }
+    count, found = len(mesh.parent_vertices), {}
+    for what, values in of_vertices.items():
+        if values is not None:
+            copies, originals = values[count:], values[mesh.seam_originals]
+            same = copies == originals
+            if values.dtype.kind == "f":
+                same |= np.isnan(copies) & np.isnan(originals)
+            differing = np.count_nonzero(~same.reshape(len(same), -1).all(axis=1))
+            found.update({what: differing} if differing else {})
+    return found
 
 
 def _first(values: Optional[np.ndarray], count: int) -> Optional[np.ndarray]:
