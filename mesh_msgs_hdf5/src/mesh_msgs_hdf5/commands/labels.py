@@ -148,7 +148,8 @@ def _export_ids(arguments):
 
 def _import(labels, file, arguments):
     uuid, new = read_labels(arguments.input, file.face_count)
-    if uuid not in (None, file.uuid) and not arguments.force:
+    # the faces of a mesh with copies along seams are those of its parent
+    if uuid not in (None, file.uuid, file.parent_uuid or None) and not arguments.force:
         message = "its labels are for the geometry %s, that of the map is %s" % (uuid, file.uuid)
         raise MapFileError("uuid", arguments.input, message, "--force takes them all the same")
     return {**dict.fromkeys(labels if arguments.replace else ()), **new}

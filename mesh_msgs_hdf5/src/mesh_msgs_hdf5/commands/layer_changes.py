@@ -8,7 +8,9 @@ from mesh_msgs_hdf5.formats.any_mesh import Members
 from mesh_msgs_hdf5.model.carried_mesh import not_silent
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.layer_meaning import KEY
 from mesh_msgs_hdf5.model.schema import check_layer_name
+from mesh_msgs_hdf5.model.seams import split_mesh
 
 Place = Optional[str]
 
@@ -50,19 +52,45 @@ def names_of(file: Members, place: Place) -> List[str]:
 
 
 def copied(file: Members, source: Members, name: str, new: str, place: Place, force: bool) -> Edit:
-    """A layer of source, which has the same geometry as file, as layer new of file.
+    """A layer of source as layer new of file: they have the same geometry, or one that differs by
+    copies of vertices along seams of textures only.
 
     force: it may replace one. Raises MapFileError.
     """
     _check_there(source, name, place)
     if not force:
         _check_new(file, new, place, "use --force to replace it")
-    if source.path != file.path and source.uuid != file.uuid:
-        message = "its geometry is another than that of %s" % source.path
-        raise MapFileError("uuid", file.path, message, "a layer belongs to one geometry")
     edit = Edit()
     _set(edit, source, name, new, place)
+    if source is not file and source.uuid != file.uuid:
+        parents = {each.uuid: each.parent_uuid or each.uuid for each in (source, file)}
+        if parents[source.uuid] != parents[file.uuid]:
+            message = "its geometry is another than that of %s" % source.path
+            raise MapFileError("uuid", file.path, message, "a layer belongs to one geometry")
+        if place != "face":
+            values = getattr(edit, _KINDS[place].values)
+            values[new] = _along_seams(values[new], source, file, place)
+            _forget_counts(edit.layer_parameters.get(new))
     return edit
+
+
+def _along_seams(values, source, file, place):
+    """(V_file, ...) of values (V_source, ...): through the mesh without copies, which both have."""
+    split = split_mesh(source)
+    if split is not None and place is None:
+        values = split.parent_vertex_values(values)
+    elif split is not None:
+        values = values[: split.parent_vertex_count]
+    split = split_mesh(file)
+    return values if split is None else split.vertex_values(values)
+
+
+def _forget_counts(parameters):
+    """The numbers of lethal and unknown vertices, which are others with other copies."""
+    info = (parameters or {}).get(KEY)
+    if isinstance(info, dict):
+        for key in ("lethal", "unknown"):
+            info.pop(key, None)
 
 
 def deleted(file: Members, names: Iterable[str], place: Place) -> Edit:
