@@ -31,6 +31,7 @@ _OPTIONS = {
     b"-type": 1,
 }
 _MOVING = (b"-o", b"-s", b"-t")
+_OPAQUE = {b"d": 1.0, b"tr": 0.0}
 _NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
 
 
@@ -59,32 +60,60 @@ def read_mtl_files(
 
 
 def _read_mtl(data, found, report):
-    name = None
+    name, there, ambient = None, set(), []
+    left_out: Dict[str, List[bytes]] = {}  # what -> materials
     for line in data.replace(b"\\\n", b" ").replace(b"\\\r\n", b" ").splitlines():
         words = line.split(None, 1)
         if len(words) < 2:
             continue
         key, text = words[0].lower(), words[1].strip()
+        what = ""
         if key == b"newmtl":
             name = text
+            what = "an entry of its own (it is there twice: the last values count)"
+            what = what if name in there else ""
+            there.add(name)
             found.setdefault(name, MtlMaterial())
-        elif name is not None and key == b"kd":
-            color = _color(text)
+        elif name is None:
+            continue
+        elif key == b"kd":
+            color, clamped = _color(text)
+            what = "its color (Kd) beyond 0..1" if clamped else ""
             if color is None:
                 report.note(
                     "material %s: its color (Kd) is not given as three numbers", shown(name)
                 )
             found[name] = found[name]._replace(color=color)
-        elif name is not None and key == b"map_kd":
+        elif key == b"map_kd":
             found[name] = found[name]._replace(texture=_texture(name, text, report))
+        elif key == b"map_ka":
+            ambient.append(name)
+        elif key in _OPAQUE and not _is_number(text.split()[-1], _OPAQUE[key]):
+            what = "its transparency (d, Tr)"
+        elif key == b"map_d":
+            what = "its texture of transparency (map_d)"
+        if what:
+            left_out.setdefault(what, []).append(name)
+    alone = [each for each in ambient if found[each].texture is None]
+    if alone:  # most have it beside map_Kd
+        left_out["its texture of ambient light (map_Ka), the only one"] = alone
+    for what, names in left_out.items():
+        text = "left out of %d materials: %s; the first is %s"
+        report.note(text, len(set(names)), what, shown(names[0]))
+
+
+def _is_number(word: bytes, value: float) -> bool:
+    return bool(_NUMBER.match(word)) and float(word) == value
 
 
 def _color(text):
+    """(color or None, whether it was beyond 0..1) of three numbers, or one."""
     words = text.split()
     if not words or len(words) > 3 or not all(_NUMBER.match(word) for word in words):
-        return None
+        return None, False
     values = [float(word) for word in words]
-    return byte_color(values if len(values) == 3 else values[:1] * 3)
+    values = values if len(values) == 3 else values[:1] * 3
+    return byte_color(values), min(values) < 0 or max(values) > 1
 
 
 def _texture(material, text, report):
