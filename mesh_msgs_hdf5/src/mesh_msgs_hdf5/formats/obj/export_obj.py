@@ -119,7 +119,7 @@ def _groups(mesh: Mesh, remarks: List[Remark]) -> Dict[str, str]:
     for text, label in mesh.labels.items():
         groups[text] = safe_name(text, taken)
         taken.add(groups[text])
-        remark = {"label": text, "group": groups[text]}
+        remark = {"label": text, "group": groups[text], "faces": len(label.faces)}
         remarks.append(dict(remark, color=color_list(label.color)) if label.color else remark)
     return groups
 

@@ -4,18 +4,13 @@ Read: v (with colors behind the position), vn, vt, f (v, v/vt, v//vn, v/vt/vn, n
 polygons), mtllib, usemtl; g where our export has written labels as groups; g, o or usemtl as labels
 where that is asked for.
 """
-from typing import Dict, List
+from typing import List
 
 import numpy as np
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.beside import Folder
 from mesh_msgs_hdf5.formats.base.corners import agreed, note_missing, with_corner_coordinates
-from mesh_msgs_hdf5.formats.base.foreign_labels import (
-    GROUPS,
-    check_group_sources,
-    take_grouped_labels,
-)
 from mesh_msgs_hdf5.formats.base.material_list import ImportedTextures, give_materials
 from mesh_msgs_hdf5.formats.base.options import Options, placed
 from mesh_msgs_hdf5.formats.base.polygons import (
@@ -27,20 +22,19 @@ from mesh_msgs_hdf5.formats.base.polygons import (
 from mesh_msgs_hdf5.formats.base.remarks import (
     Remark,
     about,
-    add_label,
     parsed_remarks,
     remarked_origin,
     take_mesh_remark,
 )
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.values import colors_or_none, coordinates_or_none, normals_or_none
-from mesh_msgs_hdf5.formats.obj.obj_lines import ObjLines, from_zero, read_lines
+from mesh_msgs_hdf5.formats.obj.obj_groups import take_groups
+from mesh_msgs_hdf5.formats.obj.obj_lines import from_zero, read_lines
 from mesh_msgs_hdf5.formats.obj.obj_materials import face_materials, read_mtl_files
 from mesh_msgs_hdf5.formats.obj.obj_seams import remarked_originals, with_copies
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
-_NO_GROUPS = (b"default", b"off")
 _MEANING = {b"l": "lines", b"p": "points"}
 
 
@@ -102,19 +96,7 @@ def read_obj(path: PathLike, data: bytes, options: Options, report: ImportReport
         if lines.coordinates.rows:
             mesh = _with_coordinates(path, lines, mesh, triangles, corners, index, options, report)
     _take_materials(path, lines, mesh, triangles, remarks, report)
-    _take_labels(path, lines, mesh, triangles, remarks, report)
-    if not mesh.labels and not options.labels_from:
-        groups = _face_ranges(lines, b"g", one_name=False).keys() - set(_NO_GROUPS)
-        if len(groups) > 1:
-            report.note("--labels-from groups makes labels of its %d groups", len(groups))
-    for source in check_group_sources(path, options.labels_from):
-        ranges = _face_ranges(lines, GROUPS[source], one_name=source != "groups")
-        found = {
-            name.decode("utf-8", "replace"): _faces_in(parts, triangles)
-            for name, parts in ranges.items()
-            if source != "groups" or name not in _NO_GROUPS
-        }
-        take_grouped_labels(path, mesh, found, source, report)
+    take_groups(path, lines, mesh, triangles, remarks, options, report)
     for key, count in sorted(lines.others.items()):
         name = one_line(key.decode("latin-1"))[:40]
         report.note("left out: %s (%d %s lines)", _MEANING.get(key, "what is unknown"), count, name)
@@ -243,36 +225,3 @@ def _take_materials(path, lines, mesh, triangles: Triangles, remarks: List[Remar
     give_materials(
         mesh, found.materials, triangles.of_polygons(found.polygons), textures, exact=bool(own)
     )
-
-
-def _take_labels(path, lines: ObjLines, mesh, triangles: Triangles, remarks, report):
-    """Groups are labels only where a remark of our export says so."""
-    labels = [r for r in about(remarks, "label") if isinstance(r.get("group"), str)]
-    if not labels:
-        return
-    ranges = _face_ranges(lines, b"g", one_name=False)
-    for remark in labels:
-        faces = _faces_in(ranges.get(remark["group"].encode(), []), triangles)
-        add_label(path, mesh, remark, faces, report)
-
-
-def _face_ranges(lines: ObjLines, key: bytes, one_name: bool) -> Dict[bytes, List[np.ndarray]]:
-    """name -> parts of the file's faces that stand below a line with this key and that name.
-
-    one_name: all behind the key is one name, else each word is.
-    """
-    ranges: Dict[bytes, List[np.ndarray]] = {}
-    groups = [(face, text) for face, found, text in lines.names if found == key]
-    for i, (start, text) in enumerate(groups):
-        end = groups[i + 1][0] if i + 1 < len(groups) else lines.faces.rows
-        for name in [text.strip()] if one_name else text.split():
-            ranges.setdefault(name, []).append(np.arange(start, end))
-    return ranges
-
-
-def _faces_in(parts: List[np.ndarray], triangles: Triangles) -> np.ndarray:
-    """The triangles of faces of the file."""
-    faces = np.concatenate(parts) if parts else np.zeros(0, np.int64)
-    if triangles.polygons is not None:
-        faces = np.flatnonzero(np.isin(triangles.polygons, faces))
-    return faces
