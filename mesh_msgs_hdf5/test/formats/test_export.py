@@ -180,6 +180,7 @@ def test_collada_says_what_it_leaves_out(tmp_path, rich_mesh):
         "12 texture features",
         "the origin (3 coordinates)",
         "the coordinate reference system (10 letters)",
+        "the frame floor_2",
     ]
 
 
@@ -223,6 +224,7 @@ def test_stl_says_what_it_leaves_out(tmp_path, rich_mesh):
             "12 texture features",
             "the origin (3 coordinates)",
             "the coordinate reference system (10 letters)",
+            "the frame floor_2",
         )
     ]
 

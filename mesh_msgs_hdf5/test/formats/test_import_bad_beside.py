@@ -86,6 +86,24 @@ def test_what_is_beside_it_is_found_by_its_last_name(folder):
     assert len(mesh.textures) == 1 and report.notes == []
 
 
+def test_names_in_latin_1(folder):
+    """As programs on other systems write them: in both files, not as the disk has them."""
+    text = "mtllib a.mtl\n" + obj(SQUARE, []).decode() + VT + "usemtl ä\nf 1/1 2/2 3/3\n"
+    (folder / "a.obj").write_bytes(text.encode("latin-1"))
+    (folder / "a.mtl").write_bytes("newmtl ä\nmap_Kd Größe.png\n".encode("latin-1"))
+    (folder / "Größe.png").write_bytes(IMAGE)
+    mesh, report = read_mesh(folder / "a.obj")
+    assert len(mesh.textures) == 1 and report.notes == []
+
+
+@pytest.mark.parametrize("name", ["A.PNG", "sub/../A.png", "C:\\pictures\\A.Png"])
+def test_a_file_whose_name_differs_in_case_is_named(folder, name):
+    (folder / "sub").mkdir()
+    mesh, report = read(folder, name, files={"a.png": IMAGE})
+    assert not mesh.textures
+    assert report.notes == ["left out: texture %s is not there, but a.png is: name it so" % name]
+
+
 @pytest.mark.parametrize(
     "name,reason",
     [

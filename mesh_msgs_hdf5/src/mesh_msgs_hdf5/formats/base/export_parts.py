@@ -34,7 +34,8 @@ class Export:
         for, where the mesh has it.
         """
         for name in names:
-            number = _number(getattr(mesh, name))
+            value = getattr(mesh, name)
+            number = _frame(value) if name == "frame_id" else _number(value)
             if number:
                 hint = (
                     "; --layer NAME paints one into the colors"
@@ -60,7 +61,13 @@ MEANING = {
     "features": "%d texture features",
     "origin": "the origin (%d coordinates)",
     "crs": "the coordinate reference system (%d letters)",
+    "frame_id": "the frame %s",
 }
+
+
+def _frame(name: str) -> str:
+    """Nothing of the one that is the default."""
+    return "" if name == "map" else name
 
 
 def _number(value: Any) -> int:

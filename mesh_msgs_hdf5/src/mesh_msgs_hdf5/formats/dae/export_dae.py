@@ -61,7 +61,7 @@ def dae_of(path: PathLike, mesh: Mesh) -> Export:
     export.content = _lines(head) + body + _lines(tail)
     export.leave_out(
         *(mesh, "COLLADA", "vertex_costs", "vertex_attributes", "face_attributes", "labels"),
-        *("features", "origin", "crs"),
+        *("features", "origin", "crs", "frame_id"),
     )
     return export
 
