@@ -8,7 +8,7 @@ from mesh_map.io.merged_mesh import NamedMesh, merged
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.model.mesh import Features, Label, Mesh
+from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 from verb_calls import call, said
 
 ORIGIN = np.array([1000.0, 2000.0, 3.0])
@@ -189,3 +189,29 @@ def test_what_two_say_of_one_layer_is_kept_where_it_is_the_same(tmp_path, capsys
     found = MapFile(tmp_path / "ac.h5")
     assert found.layer_parameters("mine")["layer_info"]["threshold"] == 0.25
     assert found.face_parameters("number") == {}
+def test_equal_images_and_materials_are_there_once():
+    """Those of one mesh stay as they are, also if they are equal."""
+    one, two, three = full_map(6), full_map(6), full_map(6)
+    image = next(iter(one.textures.values()))
+    other = 255 - image
+    one.textures = {2: image, 5: image.copy()}
+    two.textures = {0: other, 1: image.copy()}
+    three.textures = {0: other.copy(), 3: image[:1].copy()}
+    faces = np.arange(len(one.faces), dtype=np.uint32)
+    for mesh, indices in ((one, [2, 5, -1]), (two, [1, 0, -1]), (three, [0, 3, -1])):
+        colors = np.uint8([[9, 9, 9], [9, 9, 9], [1, 2, 3]])
+        mesh.materials = Materials(colors, np.int32(indices), faces % 3)
+    mesh, _ = merged([NamedMesh(name, m) for name, m in zip("abc", (one, two, three))])
+    assert sorted(mesh.textures) == [2, 5, 6, 7]
+    assert mesh.materials.texture_indices.tolist() == [2, 5, -1, 6, 7]
+    assert mesh.materials.colors.tolist() == [[9, 9, 9]] * 2 + [[1, 2, 3]] + [[9, 9, 9]] * 2
+    for start, each in zip((0, len(faces), 2 * len(faces)), (one, two, three)):
+        of_faces = mesh.materials.face_materials[start : start + len(faces)]
+        for face, number in enumerate(of_faces.tolist()):
+            own = each.materials.face_materials[face]
+            assert (mesh.materials.colors[number] == each.materials.colors[own]).all()
+            index, before = mesh.materials.texture_indices[number], each.materials.texture_indices
+            assert (index < 0) == (before[own] < 0)
+            if index >= 0:
+                assert np.array_equal(mesh.textures[int(index)], each.textures[int(before[own])])
+    checked_mesh("", mesh)

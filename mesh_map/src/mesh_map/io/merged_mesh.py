@@ -1,5 +1,6 @@
 """One mesh of several, with all that they have."""
 
+import hashlib
 import re
 from typing import (
     Any,
@@ -31,6 +32,7 @@ from mesh_map.io.merged_parameters import (
 _WHITE, _GRAY = 255, 191
 # Rounding by more than the first (m), and than this part of the median edge, is refused.
 _NOTICED, _LARGEST_PART = 1e-5, 0.1
+_Material = Tuple[Any, int]  # color, texture index
 _INSTANCE = re.compile(r"(.*_)(\d+)", re.DOTALL)
 
 
@@ -249,27 +251,46 @@ def _labels(meshes: Sequence[NamedMesh], starts: np.ndarray, notes: List[str]) -
 
 
 def _take_materials(mesh: Mesh, meshes: Sequence[NamedMesh], notes: List[str]) -> None:
-    """Materials and textures, each with a number of its own."""
+    """Materials and textures; those that are equal to one of a mesh before are that one."""
     if all(each.mesh.materials is None and not each.mesh.textures for each in meshes):
         return
-    colors, indices, of_faces, lacking = [], [], [], []
-    next_texture = next_material = 0
+    rows: List[_Material] = []
+    of_faces, lacking = [], []
+    known_images: Dict[Any, int] = {}
+    known_materials: Dict[_Material, int] = {}
     for each in meshes:
         materials = each.mesh.materials
         if materials is None:
             lacking.append(each.name)
             gray, none = np.full((1, 3), _GRAY, np.uint8), np.full(1, -1, np.int32)
             materials = Materials(gray, none, np.zeros(len(each.mesh.faces), np.uint32))
-        own = materials.texture_indices.astype(np.int64)
-        indices.append(np.where(own < 0, own, own + next_texture).astype(np.int32))
-        colors.append(materials.colors)
-        of_faces.append(materials.face_materials + np.uint32(next_material))
-        mesh.textures.update({i + next_texture: image for i, image in each.mesh.textures.items()})
-        next_material += len(materials.colors)
-        next_texture = max([next_texture - 1, *mesh.textures]) + 1
+        texture, new_images = {-1: -1}, {}
+        for index, image in sorted(each.mesh.textures.items()):
+            key = image.shape, hashlib.sha256(np.ascontiguousarray(image)).digest()
+            if key not in known_images:
+                # the first mesh keeps its numbers
+                texture[index] = max(index, max(mesh.textures, default=-1) + 1)
+                mesh.textures[texture[index]] = image
+                new_images.setdefault(key, texture[index])
+            else:
+                texture[index] = known_images[key]
+        known_images.update(new_images)
+        numbers, new_materials = [], {}
+        indices = [texture[index] for index in materials.texture_indices.tolist()]
+        for material in zip(map(tuple, materials.colors.tolist()), indices):
+            if material not in known_materials:
+                rows.append(material)
+                new_materials.setdefault(material, len(rows) - 1)
+            numbers.append(known_materials.get(material, len(rows) - 1))
+        known_materials.update(new_materials)
+        of_faces.append(np.array(numbers, np.uint32)[materials.face_materials])
     if lacking:
         notes.append("no materials in %s: gray" % ", ".join(lacking))
-    mesh.materials = Materials(*map(np.concatenate, (colors, indices, of_faces)))
+    mesh.materials = Materials(
+        np.array([color for color, _ in rows], np.uint8).reshape(-1, 3),
+        np.array([index for _, index in rows], np.int32),
+        np.concatenate(of_faces),
+    )
 
 
 def _take_features(

@@ -20,8 +20,8 @@ class Folder:
     def find(self, name: Union[str, bytes]) -> Tuple[Optional[str], str]:
         """(real path of the file that a mesh file names, "") or (None, why it is not taken).
 
-        Backslashes separate folders, too; what is no UTF-8 is tried as Latin-1. A path that leads elsewhere is looked for by its last
-        part: other people's absolute paths are rarely ours.
+        Backslashes separate folders, too; what is no UTF-8 is tried as Latin-1. A path that leads
+        elsewhere is looked for by its last part: other people's absolute paths are rarely ours.
         """
         texts = [text.strip().strip('"').replace("\\", "/") for text in _decoded(name)]
         if not texts[0] or "\0" in texts[0]:
