@@ -1,4 +1,4 @@
-"""The command mesh_tool: labels and layers between a mesh with copies along seams and its parent."""
+"""The command mesh_tool: labels and layers of a mesh with copies along seams, and of its parent."""
 import numpy as np
 import pytest
 from seam_samples import closed_box, striped_terrain, write_obj
