@@ -140,6 +140,18 @@ def test_repair_restores_a_table_whose_copies_lie_on_their_originals(path, tmp_p
     assert not [f for f in validate(out) if f.level == "error"]
 
 
+def test_a_table_that_cannot_be_read_is_one_error(path):
+    before = validate(path)
+    for spoil in (
+        lambda found: found.attrs.modify("parent_uuid", "00000000-0000-5000-8000-000000000000"),
+        lambda found: found.write_direct(found[()][::-1].copy()),
+    ):
+        with h5py.File(path, "r+") as file:
+            spoil(file["mesh/seams/originals"])
+        new = [finding for finding in validate(path) if finding not in before]
+        assert [finding.where for finding in new] == ["seam_originals"]
+
+
 def test_repair_restores_no_table_whose_copies_are_elsewhere(path, tmp_path):
     with h5py.File(path, "r+") as file:
         file["mesh/seams/originals"].attrs["parent_uuid"] = "00000000-0000-5000-8000-000000000000"

@@ -6,6 +6,7 @@ from mesh_msgs.identity import geometry_uuid
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.any_mesh import Members, is_map_file, open_members
+from mesh_msgs_hdf5.formats.base.equal_rows import by_appearance, equal_rows
 from mesh_msgs_hdf5.isolation import isolated
 from mesh_msgs_hdf5.map_file.writing.lvr2_part import lvr2_part_name
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -92,12 +93,17 @@ def _validate_members(file: Members, form, progress) -> List[MapFinding]:
             findings += check_journal(file)
         # copies along seams of textures are one vertex
         whole = Mesh(vertices, faces, seam_originals=members.get("seam_originals"))
+        vertices, faces = whole.parent_vertices, whole.parent_faces
+        rows = np.arange(len(vertices))
+        if any(finding.where == "seam_originals" for finding in findings):
+            # which are copies is not known: those at one place, so that no seam is a border
+            rows, group = by_appearance(*equal_rows((vertices + np.float32(0)).T))
+            vertices, faces = vertices[rows], group[faces].astype(np.uint32)
         progress("checking the faces")
-        findings += check_topology(len(whole.parent_vertices), whole.parent_faces)
+        findings += check_topology(len(vertices), faces)
         progress("checking the shape")
         normals = members.get("vertex_normals")
-        normals = None if normals is None else normals[: len(whole.parent_vertices)]
-        findings += check_shape(whole.parent_vertices, whole.parent_faces, normals)
+        findings += check_shape(vertices, faces, None if normals is None else normals[rows])
     coordinates, materials = (members.get(key) for key in ("texture_coordinates", "materials"))
     # what cannot be read is there, and has no consequences of its own
     unread = {finding.where for finding in findings if finding.level == ERROR}
