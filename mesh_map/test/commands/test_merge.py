@@ -189,6 +189,8 @@ def test_what_two_say_of_one_layer_is_kept_where_it_is_the_same(tmp_path, capsys
     found = MapFile(tmp_path / "ac.h5")
     assert found.layer_parameters("mine")["layer_info"]["threshold"] == 0.25
     assert found.face_parameters("number") == {}
+
+
 def test_equal_images_and_materials_are_there_once():
     """Those of one mesh stay as they are, also if they are equal."""
     one, two, three = full_map(6), full_map(6), full_map(6)

@@ -46,7 +46,6 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
             "the glTF file has no faces in its scene",
             "a map needs triangles: mesh the points first",
         )
-        raise MapFileError("no_faces", path, "the glTF file has no faces in its scene", "")
     order = kept_order(remarks, scene.positions, scene.faces)
     scene.positions, scene.normals = z_up(scene.positions), z_up(scene.normals)
     own = [remark["vertices"] for remark in about(remarks, "vertices", int)]
@@ -73,12 +72,10 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
     materials, numbers = reader.chosen(scene.face_materials, keep_all=exact)
     give_materials(mesh, materials, numbers, textures, exact and bool(file.items("materials")))
     if exact:
-        _take_values(file, mesh, remarks, report)
-        _take_seams(file, mesh, remarks)
-    mark_foreign_layers(mesh, remarks if exact else [])
         _take_values(file, mesh, remarks, order, report)
         if order.vertices:
             _take_seams(file, mesh, remarks)
+    mark_foreign_layers(mesh, remarks if exact else [])
     return mesh
 
 
