@@ -14,13 +14,13 @@ from mesh_msgs_hdf5.model.mesh import Label
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
 from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
 from mesh_msgs_hdf5.ros.map_messages import cluster
+from mesh_msgs_hdf5.ros.store_results_ros import EVERY_MESSAGE
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.io.derived_labels import DerivedLabels
 from mesh_map.map.mesh_map import MeshMap
 
 _LOG = logging.getLogger("mesh_map")
-_QUEUE = 10
 _PERIOD = 0.5  # seconds between two looks at the time stamps of file and journal
 
 
@@ -51,7 +51,7 @@ class DerivedLabelServer:
             prefix + "get_derived_mesh", array_services.GetDerivedMesh, self._get_derived
         )
         self._subscriber = rospy.Subscriber(
-            self._topic, arrays.MeshFaceClusterStamped, self._edit, queue_size=_QUEUE
+            self._topic, arrays.MeshFaceClusterStamped, self._edit, queue_size=EVERY_MESSAGE
         )
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="derived labels", daemon=True)

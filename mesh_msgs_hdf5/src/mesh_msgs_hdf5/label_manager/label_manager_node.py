@@ -19,10 +19,9 @@ from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
 from mesh_msgs_hdf5.ros.label_services_ros import Found, LabelServices, answering
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.ros.run_node_ros import run_node
-from mesh_msgs_hdf5.ros.store_results_ros import StoreResults
+from mesh_msgs_hdf5.ros.store_results_ros import EVERY_MESSAGE, StoreResults
 
 _OWN, _SHARED = "~cluster_label", "cluster_label"
-_QUEUE = 100
 _POLL = 0.5  # seconds between two looks whether somebody wants the colors of labels
 _LOCKED_AGAIN = 1.0  # seconds until a file that another program has open is tried once more
 _QUIET = 10  # seconds between two equal error lines
@@ -50,7 +49,7 @@ class LabelManager:
         self._timer = rospy.Timer(rospy.Duration(_POLL), lambda _event: self._publish_colors())
         self._subscribers = [
             rospy.Subscriber(
-                name, arrays.MeshFaceClusterStamped, self._receive, name, queue_size=_QUEUE
+                name, arrays.MeshFaceClusterStamped, self._receive, name, queue_size=EVERY_MESSAGE
             )
             # where the names are remapped to one topic, it is subscribed to once
             for name in {rospy.resolve_name(name): name for name in (_SHARED, _OWN)}.values()

@@ -129,7 +129,7 @@ class LabelForwarder:
         with self._lock:
             if topic not in self._publishers:
                 self._publishers[topic] = rospy.Publisher(
-                    topic, arrays.MeshFaceClusterStamped, queue_size=100
+                    topic, arrays.MeshFaceClusterStamped, queue_size=0  # unlimited: none is dropped
                 )
             publisher = self._publishers[topic]
         deadline = time.monotonic() + _CONNECT

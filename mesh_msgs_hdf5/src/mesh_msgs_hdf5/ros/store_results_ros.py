@@ -8,7 +8,11 @@ from mesh_msgs.msg import StoreResult
 
 from mesh_msgs.text import one_line
 
-_QUEUE = 1000
+# queue_size of a subscriber whose messages are stored: with a number, rospy drops the oldest of what
+# it reads at once, without a word; so it keeps all, and TCP holds the publisher back
+EVERY_MESSAGE = None
+
+_QUEUE = 20000  # one save may store so many layers, attributes and textures
 _LASTS = 60.0  # seconds for which a refusal is told on /diagnostics
 
 

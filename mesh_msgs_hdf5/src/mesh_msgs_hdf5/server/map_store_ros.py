@@ -15,7 +15,7 @@ from mesh_msgs_hdf5.model.mesh import Label
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
 from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
 from mesh_msgs_hdf5.ros.map_messages import cluster
-from mesh_msgs_hdf5.ros.store_results_ros import StoreResults
+from mesh_msgs_hdf5.ros.store_results_ros import EVERY_MESSAGE, StoreResults
 from mesh_msgs_hdf5.server import received
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
 from mesh_msgs_hdf5.server.map_topics_ros import MapServerTopics
@@ -24,7 +24,6 @@ from mesh_msgs_hdf5.server.received import Refused
 from mesh_msgs_hdf5.server.served_map import ServedMap
 
 _LABELS = "cluster_label"
-_QUEUE = 10
 _POLL = 0.5  # seconds between two looks at what is to be done
 _LATEST = 10  # with an endless stream of messages, it is saved after so many save_delays
 _TRY_AGAIN = 1.0  # seconds until what another program has open is tried once more
@@ -79,11 +78,13 @@ class MapStore:
         self.unsaved: List[str] = []
         self.results = StoreResults("store/result")
         self._subscribers: List[rospy.Subscriber] = [
-            rospy.Subscriber(name, kind, self._receiver(name, read), queue_size=_QUEUE)
+            rospy.Subscriber(name, kind, self._receiver(name, read), queue_size=EVERY_MESSAGE)
             for name, kind, read in _TOPICS
         ]
         self._subscribers.append(
-            rospy.Subscriber(_LABELS, arrays.MeshFaceClusterStamped, self._label, queue_size=_QUEUE)
+            rospy.Subscriber(
+                _LABELS, arrays.MeshFaceClusterStamped, self._label, queue_size=EVERY_MESSAGE
+            )
         )
         self._service = rospy.Service("save_map", Trigger, self._save_map)
         self._thread = threading.Thread(target=self._run, name="save", daemon=True)
