@@ -26,12 +26,14 @@ from typing import Any, Callable, Iterator, List, Optional
 import numpy as np
 
 from mesh_msgs_hdf5.isolation.typed import fits, hints_of
-from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.edit import CostsUpdate, Edit
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
 MAX_HEADER_BYTES = 64 << 20
 MAX_DEPTH = 100
-_CLASSES = {known.__name__: known for known in (Edit, Features, Label, Materials, Mesh)}
+_CLASSES = {
+    known.__name__: known for known in (CostsUpdate, Edit, Features, Label, Materials, Mesh)
+}
 _HEAD = struct.Struct("<4sI")
 _MAGIC = b"MESH"
 _NUMBER = re.compile(r"[<>|=](b1|[iu][1248]|f(2|4|8|16))")

@@ -11,8 +11,26 @@ LabelChanges = Dict[str, Optional[Label]]  # text -> label; None for one that is
 
 
 @dataclass
+class CostsUpdate:
+    """Some values of a layer in an Edit: where changed, (V,) bool, is False, the layer stays as it
+    is in the file when it is saved; a layer that is not there is made of default.
+    """
+
+    changed: np.ndarray
+    default: float = 0.0
+
+    def applied(self, costs: np.ndarray, present: Optional[np.ndarray]) -> np.ndarray:
+        """(V,) float32: the costs of the Edit over those of the layer that is there, if one is."""
+        return np.where(self.changed, costs, self.default if present is None else present).astype(
+            np.float32
+        )
+
+
+@dataclass
 class Edit:
     """Arrays as in Mesh. In the dictionaries, None removes what has that key.
+
+    costs_updates: of layers in vertex_costs of which only some values are meant.
 
     layer_parameters, vertex_parameters, face_parameters: of the layers and attributes in this edit;
     a layer that is not in vertex_costs keeps its parameters.
@@ -21,6 +39,7 @@ class Edit:
     """
 
     vertex_costs: Dict[str, Optional[np.ndarray]] = field(default_factory=dict)
+    costs_updates: Dict[str, CostsUpdate] = field(default_factory=dict)
     layer_parameters: Dict[str, Optional[Dict[str, Any]]] = field(default_factory=dict)
     face_attributes: Dict[str, Optional[np.ndarray]] = field(default_factory=dict)
     face_parameters: Dict[str, Optional[Dict[str, Any]]] = field(default_factory=dict)

@@ -1,11 +1,12 @@
 """A map with changes on top that are not in its file yet; changes put together and taken apart."""
 import dataclasses
 import threading
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Optional
 
 import numpy as np
 
-from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.edit import CostsUpdate, Edit
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label
 
 _SINGLE = ("vertex_normals", "vertex_colors", "texture_coordinates", "materials", "features")
@@ -27,10 +28,22 @@ def merged(first: Edit, second: Edit) -> Edit:
         # new values without parameters: the ones before were not computed like this
         lost = set(getattr(second, costs)) - set(getattr(second, parameters))
         values[parameters] = {k: v for k, v in values[parameters].items() if k not in lost}
+    values["costs_updates"] = _costs_updates(first, second)
     given = {name for name in _SINGLE if getattr(second, name) is not None}
     values["remove"] = (first.remove - given) | second.remove
     values.update(dict.fromkeys(second.remove))
     return Edit(**values)
+
+
+def _costs_updates(first, second):
+    updates = {k: v for k, v in first.costs_updates.items() if k not in second.vertex_costs}
+    for name, update in second.costs_updates.items():
+        earlier = first.costs_updates.get(name)
+        if earlier is not None:
+            updates[name] = CostsUpdate(earlier.changed | update.changed, earlier.default)
+        elif name not in first.vertex_costs:  # else all of it is new
+            updates[name] = update
+    return updates
 
 
 def without(edit: Edit, done: Edit) -> Edit:
@@ -89,6 +102,20 @@ class MapOverlay:
         """Forget what is in the file now, but not what has changed once more since."""
         with self._changing:
             self._edit = without(self._edit, edit)
+
+    def follow_source(self) -> None:
+        """The file has been changed by another program: updates of layers are of what is there now.
+
+        Raises MapFileError.
+        """
+        with self._changing:
+            costs, updates = dict(self._edit.vertex_costs), dict(self._edit.costs_updates)
+            for name, update in updates.items():
+                with self.lock:
+                    there = layer_or_none(self.source, name)
+                costs[name] = update.applied(costs[name], there)
+                updates[name] = dataclasses.replace(update)  # goes with its costs; see without()
+            self._edit = dataclasses.replace(self._edit, vertex_costs=costs, costs_updates=updates)
 
     def __getattr__(self, name: str) -> Any:
         """vertices, faces, vertex_normals, vertex_colors, texture_coordinates, materials, features:
@@ -175,6 +202,16 @@ class MapOverlay:
             return value
         with self.lock:
             return getattr(self.source, of_source)(key)
+
+
+def layer_or_none(target: Any, name: str) -> Optional[np.ndarray]:
+    """(V,) float32; None where there is no such layer. Raises MapFileError."""
+    try:
+        return target.vertex_costs(name)
+    except MapFileError as error:
+        if error.code != "layer":
+            raise
+        return None
 
 
 def _names(known, changed):

@@ -53,7 +53,7 @@ class MapReload:
             # the same at two looks: nobody is writing it
             if now[path] != self._known.get(path) and now[path] == self._before.get(path):
                 if served.is_changed(now[path]):
-                    self._look_at(served)
+                    self._look_at(served, now[path])
         settled = {path for path in now if now[path] == self._before.get(path)} - self._locked
         self._known = {path: (now if path in settled else self._known).get(path) for path in now}
         self._before = now
@@ -64,12 +64,13 @@ class MapReload:
     def _stamps(self):
         return {served.path: stamp(served.path) for served in self._maps}
 
-    def _look_at(self, served: ServedMap) -> None:
+    def _look_at(self, served: ServedMap, found: Any) -> None:
         try:
             source = source_now(served.request)
             self._locked.discard(served.path)
             if source.uuid == served.uuid and not served.is_ended:
                 self._publish_again(served, source)
+                served.loaded_stamp = found
                 return
             if served.labels.dirty or not served.is_saved:
                 text = "%s: %s, but what was stored in the old one is not saved: the new one is" % (
@@ -102,6 +103,7 @@ class MapReload:
         if isinstance(source, MeshMembers):
             with overlay.lock:
                 overlay.source = source
+        overlay.follow_source()
         self._topics.publish_map(served)
         self._progress.serves(served)
         text = "%s has been changed by another program: now %s"

@@ -13,10 +13,11 @@ import numpy as np
 from mesh_msgs import validation
 
 from mesh_msgs_hdf5.checks.check import checked_features, checked_label
-from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.edit import CostsUpdate, Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials
 from mesh_msgs_hdf5.model.schema import check_face_attribute_name, check_layer_name
+from mesh_msgs_hdf5.server.map_overlay import layer_or_none
 
 # encoding -> (channels, which of them are red, green, blue and alpha)
 _ENCODINGS = {
@@ -60,19 +61,21 @@ def vertex_costs_update(message: Any, target: Any) -> Received:
     """MeshVertexCostsSparseStamped: some values of a layer.
 
     A layer that the map has not is made of default_value. Where a vertex is named twice, the last
-    value counts.
+    value counts. All others stay as they are in the file when it is saved: another program may have
+    saved them meanwhile.
     """
     sparse = message.mesh_vertex_costs
     _check(validation.mesh_vertex_costs_sparse(sparse, target.vertex_count))
     _check_layer(message, target)
-    try:
-        costs = np.array(target.vertex_costs(message.type))
-    except MapFileError as error:
-        if error.code != "layer":
-            raise
-        costs = np.full(target.vertex_count, sparse.default_value, np.float32)
-    costs[np.asarray(sparse.vertices, np.int64)] = _floats(sparse.costs)
-    return Received(Edit(vertex_costs={message.type: costs}), "vertex_costs", message.type)
+    there = layer_or_none(target, message.type)
+    count, default = target.vertex_count, sparse.default_value
+    costs = np.full(count, default, np.float32) if there is None else np.array(there)
+    changed = np.zeros(target.vertex_count, bool)
+    vertices = np.asarray(sparse.vertices, np.int64)
+    costs[vertices], changed[vertices] = _floats(sparse.costs), True
+    update = CostsUpdate(changed, float(sparse.default_value))
+    edit = Edit(vertex_costs={message.type: costs}, costs_updates={message.type: update})
+    return Received(edit, "vertex_costs", message.type)
 
 
 def _check_layer(message, target):

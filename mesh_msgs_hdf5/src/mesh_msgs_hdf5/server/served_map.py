@@ -37,9 +37,9 @@ class ServedMap:
     Changes are served at once and kept in memory until save() has put them into the file.
 
     Attributes: overlay (the map with its changes), messages (made of it), labels, uuid, path,
-    request (loads it once more), loaded_stamp (of the path before it was loaded; see
-    files.save.stamp), target (the map file that changes go to: the map itself, or one beside it;
-    see label_target), saved_stamp (of the target as this object has left it), is_ended (nothing is
+    request (loads it once more), loaded_stamp (of the path when it was loaded, or published once
+    more; see files.save.stamp), target (the map file that changes go to: the map itself, or one
+    beside it; see label_target), saved_stamp (of the target as this object has left it), is_ended (nothing is
     stored any more).
 
     Args:
@@ -165,10 +165,10 @@ class ServedMap:
     def fold_labels(self) -> Tuple[str, str]:
         """Put the label edits into the file; as save(): "3 labels", and nothing has to wait."""
         with self._saving:
-            dirty = self.labels.dirty
+            dirty, before = self.labels.dirty, file_stamp(self.target)
             count = self.labels.save() if dirty else 0
             if dirty:
-                self.saved_stamp = file_stamp(self.target)
+                self._note_saved(before)
         return "%d label%s" % (count, "" if count == 1 else "s") if count else "", ""
 
     def _ready(self):
@@ -188,7 +188,13 @@ class ServedMap:
         with self.overlay.lock:
             if os.path.realpath(self.overlay.source.path) != self.target:
                 self._make_target(edit)
+            before = file_stamp(self.target)
             self.overlay.source.update(edit)
+            self._note_saved(before)
+
+    def _note_saved(self, before):
+        """What another program had changed before is to be published: then the file is not ours."""
+        if before in (None, self.saved_stamp, self.loaded_stamp):
             self.saved_stamp = file_stamp(self.target)
 
     def _make_target(self, edit):

@@ -22,7 +22,7 @@ from mesh_msgs_hdf5.checks.check import (
 )
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
 from mesh_msgs_hdf5.model import schema
-from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.edit import CostsUpdate, Edit
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import check_label
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials
@@ -57,6 +57,8 @@ def checked_edit(edit: Edit, reader: MapReader) -> Edit:
     checked.vertex_costs = _each(
         edit.vertex_costs, lambda name, costs: checked_costs(path, name, costs, vertices)
     )
+    checked.vertex_costs.update(_updated(path, edit.costs_updates, checked.vertex_costs, reader))
+    checked.costs_updates = {}
     for place, count in (("vertex", vertices), ("face", faces)):
         changes = getattr(edit, place + "_attributes")
         values = _each(changes, functools.partial(checked_attribute, path, place), count)
@@ -110,6 +112,24 @@ def _each(values: Dict[Any, Any], check, *more: Any) -> Dict[Any, Any]:
     return {
         key: None if value is None else check(key, value, *more) for key, value in values.items()
     }
+
+
+def _updated(path, updates, costs, reader):
+    """The layers of which some values change, as they will be."""
+    present = set(reader.layer_names()) if updates else ()
+    for name, update in updates.items():
+        if not isinstance(update, CostsUpdate):
+            _refuse_kind(path, "the update of layer %r" % name, update, CostsUpdate)
+        changed = update.changed
+        if getattr(changed, "shape", None) != (reader.vertex_count,) or changed.dtype != bool:
+            text = "the update of layer %r has no array of %d bools that says which values change"
+            text %= name, reader.vertex_count
+            raise MapFileError("shape", path, text, "see the class CostsUpdate")
+        if costs.get(name) is None:
+            text = "layer %r has an update, but no values in vertex_costs" % name
+            raise MapFileError("value", path, text, "see the class Edit")
+        there = reader.vertex_costs(name) if name in present else None
+        yield name, update.applied(costs[name], there)
 
 
 def _check_removals(path, edit):
