@@ -3,6 +3,7 @@ import contextlib
 import errno
 import fcntl
 import os
+import pwd
 import signal
 import stat
 import struct
@@ -219,6 +220,35 @@ def test_what_may_not_be_written_is_refused_before_the_work(tmp_path, monkeypatc
     with pytest.raises(MapFileError, match=words) as refused:
         save.check_target(path, overwrite=True)
     assert refused.value.code == "save"
+
+
+def test_a_file_without_write_permission_is_read_only_for_root_too(tmp_path, full_mesh):
+    path = tmp_path / "a.h5"
+    MapFile.write(path, full_mesh)
+    before = path.read_bytes()
+    path.chmod(0o444)
+    for change in (
+        lambda: save.save_file(path, b"new"),
+        lambda: MapFile.write(path, full_mesh),
+        lambda: MapFile(path).update(Edit(frame_id="other")),
+    ):
+        with pytest.raises(MapFileError, match="the file is read-only") as refused:
+            change()
+        assert refused.value.hint == "chmod u+w, or name another one"
+    assert path.read_bytes() == before
+
+
+def test_who_owns_a_file_that_another_user_may_not_write(tmp_path, monkeypatch):
+    path = tmp_path / "a.h5"
+    path.write_bytes(b"old")
+    monkeypatch.setattr(save.os, "geteuid", lambda: path.stat().st_uid + 1)
+    monkeypatch.setattr(save.os, "access", lambda _path, mode: not mode & os.W_OK)
+    with pytest.raises(MapFileError, match="the file is read-only") as refused:
+        save.check_target(path, overwrite=True)
+    owner = pwd.getpwuid(path.stat().st_uid).pw_name
+    assert refused.value.hint == (
+        "it belongs to %s: save as that user, or name another one" % owner
+    )
 
 
 @pytest.mark.parametrize("name", ["a.h5", "b.h5"])

@@ -3,7 +3,9 @@ import contextlib
 import errno
 import fcntl
 import os
+import pwd
 import secrets
+import stat as stat_bits
 import time
 from typing import Callable, List, Optional, Tuple, Union
 
@@ -16,6 +18,7 @@ Content = Union[bytes, memoryview, Callable[[int], None]]
 _PREFIX, _SUFFIX = ".", ".mesh_msgs_hdf5.tmp"
 WRITE_BYTES = 16 << 20
 LOCK_SECONDS = 20
+_WRITE = stat_bits.S_IWUSR | stat_bits.S_IWGRP | stat_bits.S_IWOTH
 _HINTS = {
     errno.ENOSPC: "make room on the disk",
     errno.EDQUOT: "the quota is used up: make room",
@@ -59,16 +62,27 @@ def check_target(path: PathLike, overwrite: bool) -> None:
             )
         if not os.path.isfile(target):
             raise MapFileError("not_regular", path, "it is no regular file", "name another one")
-        if not os.access(target, os.W_OK):
+        mode = os.stat(target).st_mode
+        # root may write to any file, but whoever has made it read-only means that
+        if not mode & _WRITE or not os.access(target, os.W_OK):
             _check_disk(path, folder)
-            raise MapFileError(
-                "save", path, "the file is read-only", "chmod u+w, or name another one"
-            )
+            raise MapFileError("save", path, "the file is read-only", _way_to_write(target))
     if not os.access(folder, os.W_OK | os.X_OK):
         _check_disk(path, folder)
         raise MapFileError(
             "save", path, "no permission to write to the folder %s" % folder, _HINTS[errno.EACCES]
         )
+
+
+def _way_to_write(target):
+    status = os.stat(target)
+    if os.geteuid() in (0, status.st_uid):
+        return "chmod u+w, or name another one"
+    try:
+        owner = pwd.getpwuid(status.st_uid).pw_name
+    except KeyError:
+        owner = "the user %d" % status.st_uid
+    return "it belongs to %s: save as that user, or name another one" % owner
 
 
 def _check_disk(path, folder):
