@@ -152,7 +152,7 @@ class LabelBase:
                 "changed",
                 self.source,
                 "another program has replaced the mesh (UUID %s, now %s)" % (self.uuid, file.uuid),
-                "open it again: a node is to be started again",
+                "put the old file back; to edit the new one, open it again (start a node again)",
             )
         raise MapFileError(
             "exists",

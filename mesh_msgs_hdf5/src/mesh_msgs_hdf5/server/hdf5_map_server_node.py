@@ -60,10 +60,10 @@ class MapServer:
             rospy.loginfo("%s", one_line(served.describe()))
         self._reload.look()
 
-    def close(self) -> None:
-        """Save what was received."""
+    def close(self) -> bool:
+        """Save what was received; False if something is lost."""
         self._diagnostics.shutdown()
-        self._store.close()
+        return self._store.close()
 
 
 def _labels_of(maps: MapRegistry) -> Callable[[str], Found]:
@@ -96,7 +96,8 @@ def _running() -> Iterator[None]:
             rospy.loginfo("%s", text)
         yield
     finally:
-        server.close()
+        if not server.close():
+            raise SystemExit(1)
 
 
 def main(name: str = "hdf5_map_server") -> int:

@@ -73,10 +73,10 @@ class MapReload:
                 served.loaded_stamp = found
                 return
             if served.labels.dirty or not served.is_saved:
-                text = "%s: %s, but what was stored in the old one is not saved: the new one is" % (
-                    *(served.name, _REPLACED),
-                )
-                text += " served when the node is started again; to save it, put the old file back"
+                text = "%s: %s, but what was stored in the old one is not saved: put the old file"
+                text += " back, then it is saved; when the node is started again, the new one is"
+                text += " served, and what waits, labels apart, is lost"
+                text %= served.name, _REPLACED
                 rospy.logerr("%s", one_line(text))
                 self._progress.failed(served.path, text)
                 return

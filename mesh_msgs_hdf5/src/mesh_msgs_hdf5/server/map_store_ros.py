@@ -9,6 +9,7 @@ from mesh_msgs.msg import MeshFeatures, MeshTexture
 from std_srvs.srv import Trigger, TriggerResponse
 
 from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.files.save import stamp as file_stamp
 from mesh_msgs_hdf5.labels.journal_reading import OwnedError
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label
@@ -28,6 +29,7 @@ _POLL = 0.5  # seconds between two looks at what is to be done
 _LATEST = 10  # with an endless stream of messages, it is saved after so many save_delays
 _TRY_AGAIN = 1.0  # seconds until what another program has open is tried once more
 _AGAIN = 60.0  # seconds until the same warning is logged once more
+_SHOWN = 10
 _WARNINGS = 1000  # different ones that are remembered
 _TOPICS = (
     ("store/vertex_costs", arrays.MeshVertexCostsStamped, received.vertex_costs),
@@ -48,7 +50,8 @@ class MapStore:
     """Receives, publishes and saves, and says of each message what became of it.
 
     What was received is saved when nothing more has come for save_delay seconds, by save_map and
-    by close(). What cannot be saved is one log line and is tried again at the next of these.
+    by close(). What cannot be saved is one log line and is tried again at the next of these, and
+    when the file has changed.
 
     Attributes: results (says of messages what became of them), unsaved (of the last attempt to
     save, what it says of failures).
@@ -76,6 +79,7 @@ class MapStore:
         self._warned: Dict[str, float] = {}
         self._closed = False
         self.unsaved: List[str] = []
+        self._waits: Dict[str, Tuple[str, Any]] = {}  # UUID -> why, and the stamp of the file then
         self.results = StoreResults("store/result")
         self._subscribers: List[rospy.Subscriber] = [
             rospy.Subscriber(name, kind, self._receiver(name, read), queue_size=EVERY_MESSAGE)
@@ -90,8 +94,9 @@ class MapStore:
         self._thread = threading.Thread(target=self._run, name="save", daemon=True)
         self._thread.start()
 
-    def close(self) -> None:
-        """Save everything; nothing is received any more."""
+    def close(self) -> bool:
+        """Save everything; nothing is received any more. False if something is lost, which is
+        logged."""
         with self._wake:
             self._closed = True
             self._wake.notify_all()
@@ -103,6 +108,18 @@ class MapStore:
         self._save(fold_labels=True)
         for served in self._maps:
             served.labels.close()
+        lost = [served for served in self._maps if served.pending.now()]
+        for served in lost:
+            self._tell_lost(served)
+        return not lost
+
+    def _tell_lost(self, served: ServedMap) -> None:
+        names = [("%s %s" % sent[:2]).strip() for sent in served.pending.now()]
+        shown = ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
+        why, _ = self._waits.get(served.uuid, ("not saved", None))
+        text = "lost with the end of the node, not in %s: %d received changes (%s): %s; %s"
+        text %= served.target, len(names), shown, why, "mend that and send them once more"
+        rospy.logerr("%s", one_line(text))
 
     def _receiver(self, name: str, read: Callable[[Any, Any], received.Received]) -> Any:
         def receive(message: Any) -> None:
@@ -186,10 +203,19 @@ class MapStore:
                 if due:
                     self._save()
                 self._look()
+                self._look_for_changes()
                 self._topics.publish_wanted()
             except Exception as error:  # whatever it is, the next save must come
                 if not rospy.is_shutdown():
                     rospy.logerr("saving or publishing failed: %r", error)
+
+    def _look_for_changes(self) -> None:
+        """Try again where the file that could not be changed is not the same any more."""
+        for served in self._maps:
+            _, stamp = self._waits.get(served.uuid, ("", None))
+            if served.uuid in self._waits and file_stamp(served.target) != stamp:
+                self._waits[served.uuid] = self._waits[served.uuid][0], file_stamp(served.target)
+                self._expect_more(_TRY_AGAIN)
 
     def _save_map(self, _request: Any) -> TriggerResponse:
         done, failed = self._save(fold_labels=True)
@@ -203,6 +229,8 @@ class MapStore:
                 started = time.monotonic()
                 try:
                     done, waits = save()
+                    if save == served.save:
+                        self._waits.pop(served.uuid, None)
                     if waits:
                         failed.append("%s: %s" % (served.target, waits))
                         self._tell_waiting(served, waits, "materials")
@@ -221,6 +249,7 @@ class MapStore:
                         self._tell_waiting(served, "there is not enough memory")
             for sent in served.pending.take_stored():
                 self.results.stored(served.uuid, *sent)
+        failed = list(dict.fromkeys(failed))  # labels may fail for the same reason
         for line in saved:
             rospy.loginfo("%s", one_line(line))
         for line in failed:
@@ -234,5 +263,6 @@ class MapStore:
         return saved, failed
 
     def _tell_waiting(self, served: ServedMap, why: str, of: Optional[str] = None) -> None:
+        self._waits[served.uuid] = why, file_stamp(served.target)
         for sent in served.pending.take_waiting(why, of):
             self.results.waiting(served.uuid, *sent, why)

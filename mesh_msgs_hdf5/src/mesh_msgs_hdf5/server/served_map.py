@@ -39,8 +39,8 @@ class ServedMap:
     Attributes: overlay (the map with its changes), messages (made of it), labels, uuid, path,
     request (loads it once more), loaded_stamp (of the path when it was loaded, or published once
     more; see files.save.stamp), target (the map file that changes go to: the map itself, or one
-    beside it; see label_target), saved_stamp (of the target as this object has left it), is_ended (nothing is
-    stored any more).
+    beside it; see label_target), saved_stamp (of the target as this object has left it),
+    is_ended (nothing is stored any more).
 
     Args:
         request: the file that was asked for (its path is that of the map; that of the overlay is
@@ -151,7 +151,14 @@ class ServedMap:
                 sent = self.pending.now(but=("materials",) if waits else ())
             if is_empty(ready):
                 return "", waits
-            self._write(ready)
+            try:
+                self._write(ready)
+            except MapFileError as error:
+                if error.code != "changed":
+                    raise
+                raise MapFileError(
+                    *error.args[:3], "put the old file back, then it is saved"
+                ) from error
             self.overlay.saved(ready)
             self.pending.store(sent)
             return summary(ready), waits
@@ -189,7 +196,12 @@ class ServedMap:
             if os.path.realpath(self.overlay.source.path) != self.target:
                 self._make_target(edit)
             before = file_stamp(self.target)
-            self.overlay.source.update(edit)
+            try:
+                self.overlay.source.update(edit)
+            except MapFileError as error:
+                if error.code != "changed":
+                    raise
+                self.overlay.source.update(edit)  # another program had only saved it meanwhile
             self._note_saved(before)
 
     def _note_saved(self, before):
