@@ -397,6 +397,26 @@ def test_a_removed_journal_is_made_again(path):
         assert {"a_1", "a_2"} < set(LabelStore(path, read_only=True).names())
 
 
+@pytest.mark.parametrize("size", [0, 100, 10000])
+@pytest.mark.parametrize("next_step", ["edit", "close"])
+def test_a_journal_that_somebody_has_changed_is_made_again(path, size, next_step):
+    with LabelStore(path) as store:
+        store.set("a_1", [1])
+        os.truncate(store.journal_path, size)
+        assert store.file_notes() == []
+        if next_step == "edit":
+            store.set("a_2", [2])
+            (note,) = store.file_notes()
+            assert "changed (%d bytes, were" % size in note and "by another program" in note
+            store.set("a_3", [3])
+            assert store.file_notes() == [note]  # it is whole
+    with LabelStore(path, read_only=True) as found:
+        assert {"a_1", "a_2", "a_3"} & set(found.names()) == (
+            {"a_1", "a_2", "a_3"} if next_step == "edit" else {"a_1"}
+        )
+        assert found.notes == []  # nothing is damaged
+
+
 def test_a_read_only_folder_is_said_and_labels_are_read(path, monkeypatch):
     original = os.open
 

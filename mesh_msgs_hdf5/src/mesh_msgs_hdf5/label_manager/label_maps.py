@@ -177,8 +177,10 @@ class LabelMaps:
         """Sentences for the user, each given once."""
         with self._lock:
             notes, self._notes = self._notes, []
-            for store in self._maps.values():
-                bad = ["%s: %s" % (store.path, note) for note in store.file_notes()]
+            stores: List[LabelEdits] = [*self._maps.values(), *self._loose.values()]
+            for store in stores:
+                found = [note for note in store.file_notes() if note not in store.notes]
+                bad = ["%s: %s" % (store.path, note) for note in found]
                 notes += [note for note in bad if note not in self._said]
                 self._said.update(bad)
         return notes

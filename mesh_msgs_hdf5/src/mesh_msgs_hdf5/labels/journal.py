@@ -62,6 +62,7 @@ class Journal:
         )
         self._head = b"".join(journal_lines.encoded(entry) for entry in entries)
         self._folder_synced = True
+        self._size = -1  # bytes, as this object has left it
         self._bad_end = None  # where the good lines end, if what follows could not be cut off
         self._descriptor, created = self._open(face_count)
         try:
@@ -106,6 +107,7 @@ class Journal:
             raise save_error(self.path, "it cannot be written anew", error) from error
         os.close(self._descriptor)
         self._descriptor, self._bad_end = descriptor, None
+        self._size = self.size
         self._folder_synced = False
         with contextlib.suppress(OSError):  # the next edit tries again; both files have these edits
             self._sync_folder()
@@ -121,7 +123,7 @@ class Journal:
         except OSError as error:
             message = "the labels are in the map, but the journal cannot be emptied"
             raise save_error(self.path, message, error) from error
-        self._bad_end = None
+        self._bad_end, self._size = None, 0
         # without room for the head: the next edit brings it
         with contextlib.suppress(OSError):
             self._append(b"")
@@ -129,6 +131,15 @@ class Journal:
     def is_in_place(self) -> bool:
         """False if somebody has removed or replaced the file: rewrite() makes it again."""
         return is_at(self._descriptor, self.path)
+
+    def fault(self) -> str:
+        """What somebody else has done to the file, whatever locks say; "" if nothing. rewrite()
+        mends it."""
+        if not self.is_in_place():
+            return "removed or replaced"
+        if self._bad_end is None and self.size != self._size:  # else this object knows
+            return "changed (%d bytes, were %d)" % (self.size, self._size)
+        return ""
 
     def close(self, remove: bool = False) -> None:
         """End the ownership; remove: there are no edits, so no file is left behind."""
@@ -215,8 +226,9 @@ class Journal:
         try:
             write_all(self._descriptor, line if end else self._head + line)
             os.fsync(self._descriptor)
+            self._size = self.size
         except BaseException:
-            self._bad_end = end
+            self._bad_end = self._size = end
             with contextlib.suppress(OSError):
                 cut(self._descriptor, end)
                 self._bad_end = None

@@ -1,5 +1,6 @@
 """Labels with the edits of a journal on top: seen by one who looks on, or changed by the owner."""
 import bisect
+import contextlib
 import datetime
 import difflib
 import os
@@ -84,6 +85,7 @@ class LabelEdits:
         self._being_saved: Dict[str, Optional[Label]] = {}
         self._refusal: Optional[MapFileError] = None
         self._compact_at = _SMALL
+        self._mended = ""  # what was done to the journal last
         self._owner_info = dict(owner_info or {})
         self.journal_path = journal_path
         self.notes: List[str] = []
@@ -147,10 +149,10 @@ class LabelEdits:
 
     def file_notes(self) -> List[str]:
         """What is wrong with labels of the file, and was mended or left out, as far as they were
-        read.
+        read; and what was wrong with the journal last.
         """
         with self._lock:
-            return list(self._base.notes)
+            return list(self._base.notes) + [self._mended] * bool(self._mended)
 
     def groups(self) -> List[str]:
         """The classes of all labels: their texts before the first underscore."""
@@ -292,6 +294,9 @@ class LabelEdits:
         """Let others own the labels. Edits that are not saved stay in the journal."""
         with self._saving, self._lock:
             if self._journal is not None:
+                if self._needed():
+                    with contextlib.suppress(MapFileError):  # it stays as it is
+                        self._mend_journal()
                 self._journal.close(remove=not self._needed())
                 self._journal = None
             self.read_only = True
@@ -412,8 +417,7 @@ class LabelEdits:
         return Label(np.unique(label.faces), label.color)
 
     def _log(self, text, label):
-        if not self._journal.is_in_place():  # somebody removed the file
-            self._journal.rewrite(self._edits)
+        self._mend_journal()
         self._journal.append(text, label)
         self._edits[text] = label
         if label is None:
@@ -422,6 +426,14 @@ class LabelEdits:
             self._names.add(text)
         if self._journal.size > self._compact_at:
             self._compact()
+
+    def _mend_journal(self):
+        """Write it anew if somebody else has changed it: edits in it are said to be safe."""
+        fault = self._journal.fault()
+        if fault:
+            self._journal.rewrite(self._edits)
+            self._mended = "%s was %s by another program, and is written anew with all %d edits"
+            self._mended %= self.journal_path, fault, len(self._edits)
 
     def _needed(self):
         """The edits without deletions of labels that are not in the map file, nor get there now."""
@@ -446,7 +458,7 @@ class LabelEdits:
             for text, label in self._needed().items()
             if text not in saved or saved[text] is not label
         }
-        if rest or not self._journal.is_in_place():
+        if rest or self._journal.fault():
             self._journal.rewrite(rest)
         else:
             self._journal.clear()
