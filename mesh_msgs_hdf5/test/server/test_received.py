@@ -82,6 +82,31 @@ def test_what_is_served_and_received_is_served_again(read, as_stock):
     assert wire(make(messages(target))) == wire(sent)
 
 
+@pytest.mark.parametrize("as_stock", [False, True])
+@pytest.mark.parametrize("name", [b"h\xffight_diff", b"\xe4\xb6name", b"cut_off_\xe2\x82"])
+def test_a_name_that_is_no_utf8_is_refused(as_stock, name):
+    target = overlay()
+    update = arrays.MeshVertexCostsSparseStamped()
+    update.mesh_vertex_costs = arrays.MeshVertexCostsSparse([0], [1.0], 0.0)
+    label = arrays.MeshFaceClusterStamped()
+    label.cluster = arrays.MeshFaceCluster(np.uint32([0]), "@" * len(name))
+    costs, faces = messages(target).vertex_costs("height_diff"), messages(target).face_costs(
+        "slope"
+    )
+    for message in (costs, faces, update):
+        message.type = "@" * len(name)
+    for message, read in (
+        (costs, received.vertex_costs),
+        (update, received.vertex_costs_update),
+        (faces, received.face_costs),
+        (label, received.label),
+    ):
+        kind = type(stock(message) if as_stock else message)
+        sent = kind().deserialize(wire(message).replace(b"@" * len(name), name))
+        with pytest.raises(Refused, match="is no UTF-8"):
+            read(sent, target)
+
+
 @given(hnp.arrays(np.uint8, (VERTICES, 3)))
 def test_colors_come_back_exactly(colors):
     mesh = everything()

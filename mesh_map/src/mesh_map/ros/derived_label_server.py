@@ -14,6 +14,7 @@ from mesh_msgs_hdf5.model.mesh import Label
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
 from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
 from mesh_msgs_hdf5.ros.map_messages import cluster
+from mesh_msgs_hdf5.ros.sent_names import sent_name_fault
 from mesh_msgs_hdf5.ros.store_results_ros import EVERY_MESSAGE
 
 from mesh_map.base.errors import MeshMapError
@@ -119,8 +120,9 @@ class DerivedLabelServer:
             uuid, labels = self._find(message.uuid)
             count = len(labels.derived.faces)
             findings = validation.mesh_face_cluster(message.cluster, count)
-            if findings:
-                raise MeshMapError(str(findings[0]))
+            fault = str(findings[0]) if findings else sent_name_fault(message.cluster.label)
+            if fault:
+                raise MeshMapError(fault)
             if labels.owner is None:
                 raise labels.refusal
             text, override = message.cluster.label, bool(message.override)

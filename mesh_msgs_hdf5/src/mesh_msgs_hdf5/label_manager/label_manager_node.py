@@ -19,6 +19,7 @@ from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
 from mesh_msgs_hdf5.ros.label_services_ros import Found, LabelServices, answering
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.ros.run_node_ros import run_node
+from mesh_msgs_hdf5.ros.sent_names import sent_name_fault
 from mesh_msgs_hdf5.ros.store_results_ros import EVERY_MESSAGE, StoreResults
 
 _OWN, _SHARED = "~cluster_label", "cluster_label"
@@ -79,6 +80,10 @@ class LabelManager:
         try:
             if topic == _SHARED and self._is_served_elsewhere(message.uuid):
                 return
+            for name in (message.uuid, message.cluster.label):
+                fault = sent_name_fault(name)
+                if fault:
+                    raise MapFileError("label", self._maps.folder, fault)
             labels = self._maps.find_or_make(message.uuid)
             self._log_notes()
             is_done = self._store(labels, message, topic)

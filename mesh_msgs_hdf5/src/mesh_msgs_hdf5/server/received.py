@@ -17,6 +17,7 @@ from mesh_msgs_hdf5.model.edit import CostsUpdate, Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials
 from mesh_msgs_hdf5.model.schema import check_face_attribute_name, check_layer_name
+from mesh_msgs_hdf5.ros.sent_names import sent_name_fault
 from mesh_msgs_hdf5.server.map_overlay import layer_or_none
 
 # encoding -> (channels, which of them are red, green, blue and alpha)
@@ -79,6 +80,7 @@ def vertex_costs_update(message: Any, target: Any) -> Received:
 
 
 def _check_layer(message, target):
+    _check_sent(message.type)
     _allowed(check_layer_name, target.path, message.type)
     if message.type in target.unsaved.vertex_costs:
         return  # it was looked at before
@@ -96,6 +98,7 @@ def _check_layer(message, target):
 def face_costs(message: Any, target: Any) -> Received:
     """MeshFaceCostsStamped: a face attribute, which replaces one of that name."""
     _check(validation.mesh_face_costs(message.mesh_face_costs, target.face_count))
+    _check_sent(message.type)
     _allowed(check_face_attribute_name, target.path, message.type)
     costs = _floats(message.mesh_face_costs.costs)
     return Received(Edit(face_attributes={message.type: costs}), "face_attributes", message.type)
@@ -214,6 +217,7 @@ def label(message: Any, target: Any) -> Label:
     """The faces of a MeshFaceClusterStamped; its text is message.cluster.label."""
     cluster = message.cluster
     _check(validation.mesh_face_cluster(cluster, target.face_count))
+    _check_sent(cluster.label)
     faces = np.array(cluster.face_indices, np.uint32)
     return _allowed(checked_label, target.path, cluster.label, Label(faces), target.face_count)
 
@@ -221,6 +225,12 @@ def label(message: Any, target: Any) -> Label:
 def to_bytes(colors: np.ndarray) -> np.ndarray:
     """Colors from 0 to 1 as uint8: the nearest; the exact inverse of bytes / 255."""
     return np.rint(colors * np.float32(255)).astype(np.uint8)
+
+
+def _check_sent(name):
+    fault = sent_name_fault(name)
+    if fault:
+        raise Refused(fault)
 
 
 def _check(findings):
