@@ -73,7 +73,8 @@ class StoreAtTheEnd(unittest.TestCase):
         kept = self.path + ".kept"
         os.rename(self.path, kept)
         self.send_layer("a")
-        self.result(StoreResult.WAITING)
+        waits = self.result(StoreResult.WAITING).text
+        self.assertIn("no such file (put the old file back, then it is saved)", waits)
         os.rename(kept, self.path)
         self.result(StoreResult.STORED)  # without another message
         self.assertEqual(MapFile(self.path).layer_names(), ["a"])
@@ -97,7 +98,7 @@ class StoreAtTheEnd(unittest.TestCase):
         self.result(StoreResult.STORED)
         MapFile.write(self.path, OTHER)
         self.send_layer("b")
-        self.expect_lost("1 received changes (store/vertex_costs b)", "replaced the mesh")
+        self.expect_lost("1 received change (store/vertex_costs b)", "replaced the mesh")
         self.assertEqual(MapFile(self.path).uuid, OTHER.uuid)
 
     def test_a_read_only_map(self):
@@ -111,7 +112,7 @@ class StoreAtTheEnd(unittest.TestCase):
         answer = self.server.call("save_map", Trigger)
         self.assertFalse(answer.success)
         self.assertEqual(answer.message.count("read-only"), 1)  # of the layer and of the label
-        self.expect_lost("1 received changes (store/vertex_costs a)", "read-only")
+        self.expect_lost("1 received change (store/vertex_costs a)", "read-only")
         self.assertIn("tree_1", read_map(self.path)[0].labels)  # safe in the journal
 
     def test_only_labels_that_wait_in_the_journal(self):
@@ -132,7 +133,7 @@ class StoreAtTheEnd(unittest.TestCase):
         parts.vertex_tex_coords = [msg.MeshVertexTexCoords(0.5, 0.5)] * len(VERTICES)
         self.send("store/materials", message)
         self.result(StoreResult.WAITING, "store/materials")
-        self.expect_lost("1 received changes (store/materials)", "textures 7", "store/texture")
+        self.expect_lost("1 received change (store/materials)", "textures 7", "store/texture")
 
 
 if __name__ == "__main__":

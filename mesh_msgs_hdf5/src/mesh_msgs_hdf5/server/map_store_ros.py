@@ -117,8 +117,11 @@ class MapStore:
         names = [("%s %s" % sent[:2]).strip() for sent in served.pending.now()]
         shown = ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
         why, _ = self._waits.get(served.uuid, ("not saved", None))
-        text = "lost with the end of the node, not in %s: %d received changes (%s): %s; %s"
-        text %= served.target, len(names), shown, why, "mend that and send them once more"
+        text = "lost with the end of the node, not in %s: %d received change%s (%s): %s; %s"
+        text %= (
+            *(served.target, len(names), "" if len(names) == 1 else "s", shown),
+            *(why, "mend that and send them once more"),
+        )
         rospy.logerr("%s", one_line(text))
 
     def _receiver(self, name: str, read: Callable[[Any, Any], received.Received]) -> Any:

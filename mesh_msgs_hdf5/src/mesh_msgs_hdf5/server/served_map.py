@@ -154,7 +154,7 @@ class ServedMap:
             try:
                 self._write(ready)
             except MapFileError as error:
-                if error.code != "changed":
+                if error.code not in ("changed", "missing"):
                     raise
                 raise MapFileError(
                     *error.args[:3], "put the old file back, then it is saved"
