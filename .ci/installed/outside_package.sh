@@ -12,6 +12,8 @@ cat >package.xml <<'XML'
   <maintainer email="somebody@example.org">somebody</maintainer>
   <license>BSD</license>
   <buildtool_depend>catkin</buildtool_depend>
+  <depend>mesh_map</depend>
+  <depend>mesh_msgs</depend>
 </package>
 XML
 echo 'mesh_msgs/MeshGeometry mesh' >msg/Seen.msg
