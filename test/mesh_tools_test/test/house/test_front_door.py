@@ -69,6 +69,40 @@ def test_what_cannot_be_tested_is_refused_with_what_can_be(arguments, hint):
     assert arguments[-1] in result.stderr and hint in result.stderr
 
 
+def test_deb_refuses_what_it_does_not_know():
+    result = run("deb", "--install")
+    assert (result.returncode, result.stdout) == (1, "")
+    assert result.stderr == "run: unknown option '--install' of deb; there is --check\n"
+
+
+def test_the_demo_of_installed_packages_needs_no_build(tmp_path):
+    tree, programs = tmp_path / "tree", tmp_path / "bin"
+    texts = {
+        "rospack": '[ "$*" = "find mesh_tools_test" ] && echo /usr/share/mesh_tools_test',
+        "rosrun": 'echo "$*"',
+        "dpkg-query": f"touch {tmp_path}/set_up",
+        "apt-get": "exit 100",
+    }
+    tree.mkdir()
+    programs.mkdir()
+    for name, text in texts.items():
+        (programs / name).write_text(f"#!/bin/sh\n{text}\n")
+        (programs / name).chmod(0o755)
+    shutil.copy(ROOT / "run", tree)
+    environment = dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}")
+    command = [str(tree / "run"), "demo", "my forest.ply"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert done.stdout == f"mesh_tools_test demo --output {tree}/demo my forest.ply\n"
+    assert "the installed packages (/usr/share/mesh_tools_test)" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / "set_up").exists()
+    # what is built here comes first
+    (tree / "build/devel").mkdir(parents=True)
+    (tree / "build/devel/setup.bash").write_text("")
+    subprocess.run(command, env=environment, capture_output=True)
+    assert (tmp_path / "set_up").exists()
+
+
 def test_exec_runs_in_the_workspace_and_passes_the_exit_code():
     assert run("exec", "rosmsg", "md5", "mesh_msgs/MeshGeometryStamped").stdout.strip() == (
         "2d62dc21b3d9b8f528e4ee7f76a77fb7"
@@ -124,7 +158,7 @@ def test_demo_refuses_bad_files_in_one_line(refusals, file, hint):
 
 
 @pytest.mark.skipif("ID=debian" not in Path("/etc/os-release").read_text(), reason="not Debian")
-@pytest.mark.parametrize("command", ["setup", "build", "demo", "test", "lint"])
+@pytest.mark.parametrize("command", ["setup", "build", "deb", "demo", "test", "lint"])
 def test_nothing_goes_on_after_a_failed_installation(tmp_path, command):
     programs = {
         "dpkg-query": "exit 0",  # knows no package
