@@ -119,6 +119,7 @@ def check(chroot, only, again):
         started = time.monotonic()
         chroot.run(text, root)
         times.append((name, time.monotonic() - started))
+        print("== %s took %.1f s" % times[-1], flush=True)
 
     if not again:
         print("== bare Debian 12", flush=True)
