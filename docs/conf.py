@@ -1,4 +1,4 @@
-"""Sphinx's settings of the site; `./run docs` calls it on a copy of this folder with what is made of the code."""
+"""Sphinx's settings of the site: `./run docs` calls it on a copy of this folder."""
 import os
 
 from mesh_tools_test.reference import docstrings
@@ -28,6 +28,7 @@ suppress_warnings = ["ref.python"]  # what a package also has under its own name
 autodoc_member_order = "bysource"
 breathe_projects = {"mesh_map": "reference/doxygen/xml"}
 breathe_default_project = "mesh_map"
+breathe_domain_by_extension = {"h": "cpp"}
 
 html_theme = "furo"
 html_title = "Mesh Tools"

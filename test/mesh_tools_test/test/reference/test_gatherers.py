@@ -18,8 +18,6 @@ from mesh_tools_test.reference.readme_claims import (
     documented,
 )
 from mesh_tools_test.reference.readme_tables import read_tables
-from mesh_tools_test.reference.repository import ROOT
-from mesh_tools_test.reference.readme_tables import read_tables
 from mesh_tools_test.reference.rviz_properties import properties
 from mesh_tools_test.reference.repository import ROOT
 

@@ -9,8 +9,6 @@ from mesh_map.costs.layer import OF_ALL
 
 from mesh_tools_test.reference.markdown import code, page, plain, table
 from mesh_tools_test.reference.parameter_text import parameter_table
-from mesh_tools_test.reference.markdown import code, page, plain, table
-from mesh_tools_test.reference.parameter_text import parameter_table
 from mesh_tools_test.reference.rviz_properties import properties
 
 INPUTS = Parameter(

@@ -28,7 +28,6 @@ from mesh_tools_test.reference.readme_claims import (
     normal,
 )
 from mesh_tools_test.reference.readme_tables import Table, tables_of
-from mesh_tools_test.reference.readme_tables import Table, tables_of
 from mesh_tools_test.reference.rviz_properties import properties
 
 _HEADINGS = {  # of plugins, and the package whose README has it
