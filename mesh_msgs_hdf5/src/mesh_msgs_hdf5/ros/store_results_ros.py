@@ -8,8 +8,8 @@ from mesh_msgs.msg import StoreResult
 
 from mesh_msgs.text import one_line
 
-# queue_size of a subscriber whose messages are stored: with a number, rospy drops the oldest of what
-# it reads at once, without a word; so it keeps all, and TCP holds the publisher back
+# queue_size of a subscriber whose messages are stored: with a number, rospy drops the oldest of
+# what it reads at once, without a word; with None it keeps all, and TCP holds the publisher back
 EVERY_MESSAGE = None
 
 _QUEUE = 20000  # one save may store so many layers, attributes and textures
