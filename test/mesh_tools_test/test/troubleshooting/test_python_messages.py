@@ -51,6 +51,8 @@ def test_each_kind_of_call_is_found(source):
         'answer(success=True, message="all is well")',
         '# raise ValueError("it is wrong")',
         '"""raise ValueError("it is wrong")"""',
+        'parser.error("usage: mesh_tool VERB")',
+        'parser.error("example: mesh_tool info garden.h5")',
         'raise ValueError("word")',
         "raise ValueError(text)",
     ],

@@ -9,8 +9,8 @@ _PERCENT = re.compile(
     r"%(?:\(\w+\))?[-+#0]*(?:\*|\d+)?(?:\.(?:\*|\d+))?(?:hh|ll|[hlzjtL])?[a-zA-Z%]"
 )
 _MARKUP = re.compile(
-    r"</|HTTP/|\(\) \{|^\{\w+\}|^usage:|^<"
-)  # XML, headers, scripts, rows of tables
+    r"</|HTTP/|\(\) \{|^\{\w+\}|^(usage|example):|^<"
+)  # XML, headers, scripts, rows of tables, help
 _BRACES = re.compile(r"\{\{|\}\}|\{[^{}]*\}")
 
 
