@@ -66,7 +66,7 @@ def check_target(path: PathLike, overwrite: bool) -> None:
         # root may write to any file, but whoever has made it read-only means that
         if not mode & _WRITE or not os.access(target, os.W_OK):
             _check_disk(path, folder)
-            raise MapFileError("save", path, "the file is read-only", _way_to_write(target))
+            raise MapFileError("save", path, "the file is read-only", _write_hint(target))
     if not os.access(folder, os.W_OK | os.X_OK):
         _check_disk(path, folder)
         raise MapFileError(
@@ -74,7 +74,7 @@ def check_target(path: PathLike, overwrite: bool) -> None:
         )
 
 
-def _way_to_write(target):
+def _write_hint(target):
     status = os.stat(target)
     if os.geteuid() in (0, status.st_uid):
         return "chmod u+w, or name another one"
