@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Times of planners and of what they are made of, beside SciPy in the same run.
 
-    planners.py [--faces 2000000] [--repeats 5] [--only PART ...] [--growth] [--json FILE]
+    planners.py [--faces 2000000] [--repeats 5] [--only PART ...] [--growth] [--plot PNG]
+        [--json FILE]
 
 Parts: fields (Dijkstra and the wave front over the whole map), reading (to a goal 17 m away, the
 path, directions), others (potpourri3d and pygeodesic, where they are installed; the latter within
@@ -13,6 +14,7 @@ pairs at each of six levels of noise), growth (from 10,000 vertices to a million
 import argparse
 import json
 import sys
+from pathlib import Path
 from typing import List
 
 from mesh_tools_test.base import figures
@@ -32,6 +34,7 @@ def main() -> int:
     parser.add_argument("--goals", type=int, default=success.GOALS, help="of success")
     parser.add_argument("--only", nargs="+", choices=every, default=every, metavar="PART")
     parser.add_argument("--growth", action="store_true", help="growth to 10 million vertices")
+    parser.add_argument("--plot", metavar="PNG", type=Path, help="also draw the growth there")
     parser.add_argument("--json", metavar="FILE", help="also write the figures there")
     options = parser.parse_args()
     if options.repeats < 1 or options.goals < 1:
@@ -58,7 +61,10 @@ def main() -> int:
     if "growth" in options.only:
         sizes_of_growth = [size for size in growth.SIZES if size <= options.faces]
         sizes_of_growth += [growth.LARGE] if options.growth else []
-        print(growth.table(sizes_of_growth or [options.faces // 2], options.repeats))
+        grown = growth.measured(sizes_of_growth or [options.faces // 2], options.repeats)
+        print(grown.table())
+        if options.plot:
+            grown.plot(options.plot)
     if options.json:
         with open(options.json, "w", encoding="utf-8") as file:
             json.dump([figure._asdict() for figure in found], file, indent=2)

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Times of the spatial index beside Embree and beside a linear OpenCL scan, in the same run.
 
-    spatial_index.py [--faces 2000000] [--repeats 5] [--only PART ...] [--growth] [--json FILE]
+    spatial_index.py [--faces 2000000] [--repeats 5] [--only PART ...] [--growth] [--plot PNG]
+        [--json FILE]
 
 Parts: native (C++ beside Embree 3), selections (from Python, beside the linear scan), opencl
 (batches on the OpenCL device), table1 (the five sizes and three modes of the paper's Table 1),
@@ -12,6 +13,7 @@ growth (each time from 10,000 faces to 1 million, with --growth to 10 million). 
 import argparse
 import json
 import sys
+from pathlib import Path
 from typing import Any, List, Optional
 
 import numpy as np
@@ -63,6 +65,7 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=5, help="of which the median is taken")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, metavar="PART")
     parser.add_argument("--growth", action="store_true", help="growth to 10 million faces")
+    parser.add_argument("--plot", metavar="PNG", type=Path, help="also draw the growth there")
     parser.add_argument("--json", metavar="FILE", help="also write the figures there")
     options = parser.parse_args()
     if options.repeats < 1:
@@ -75,8 +78,12 @@ def main() -> int:
         print("\nTable 1 of the paper in milliseconds; ours on generated worlds of as many faces\n")
         print(table_one.table(options.repeats, opencl.device()))
     if "growth" in options.only or options.growth:
-        sizes = list(growth.SIZES) + ([growth.LARGE] if options.growth else [])
-        print("\n" + growth.table(sizes, min(options.repeats, 3)))
+        sizes = [size for size in growth.SIZES if size <= options.faces] or [options.faces]
+        sizes += [growth.LARGE] if options.growth else []
+        grown = growth.measured(sizes, min(options.repeats, 3))
+        print("\n" + grown.table())
+        if options.plot:
+            grown.plot(options.plot)
     if options.json:
         with open(options.json, "w", encoding="utf-8") as file:
             json.dump([figure._asdict() for figure in results], file, indent=2)

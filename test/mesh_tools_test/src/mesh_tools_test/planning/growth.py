@@ -2,12 +2,12 @@
 
 from typing import Any, Callable, Dict, List
 
-import numpy as np
 from mesh_map.distance.dijkstra import DijkstraSolver
 from mesh_map.distance.surface_path import FieldTracer
 from mesh_map.distance.wave_front import WaveFrontSolver
 
 from mesh_tools_test.base.figures import timed
+from mesh_tools_test.base.growth import Growth
 from mesh_tools_test.planning import peers
 from mesh_tools_test.planning.world import DISTANCE, PlanningWorld, divided, planning_world
 
@@ -49,19 +49,12 @@ def scipy_time(world: PlanningWorld) -> float:
     return timed(lambda: peers.scipy_distances(graph, world.source), 1)[0]
 
 
-def table(sizes: List[int], repeats: int) -> str:
-    """Milliseconds, a column a size; the last column is the growth from the first to the last."""
+def measured(sizes: List[int], repeats: int) -> Growth:
+    """On worlds of about so many vertices."""
     columns, counts = [], []
     for size in sizes:
         world = world_of(size)
         counts.append(len(world.vertices))
         columns.append(times(world, repeats if size < LARGE else 1))
         del world
-    lines = ["%-24s" % "ms" + "".join("%13s" % f"{count:,}" for count in counts) + "    growth"]
-    for name in columns[0]:
-        values = [column[name] for column in columns]
-        row = "".join("%13.4g" % value for value in values)
-        lines.append("%-24s%s %8.1f x" % (name, row, values[-1] / max(values[0], 1e-6)))
-    growth = float(np.divide(counts[-1], counts[0]))
-    lines.append("%-24s%s %8.1f x" % ("vertices", " " * 13 * len(sizes), growth))
-    return "\n".join(lines)
+    return Growth("vertices", counts, columns)

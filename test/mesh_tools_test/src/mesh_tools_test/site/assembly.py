@@ -23,8 +23,9 @@ class SiteError(Exception):
 
 
 def tutorials() -> Dict[str, Tutorial]:
-    """Those of the site, by the names of their files."""
+    """Those of the site, by the names of their files; a page of concepts makes pictures, too."""
     pages = sorted(path for path in (DOCS / "tutorials").glob("*.md") if path.name != "index.md")
+    pages.append(DOCS / "concepts" / "performance.md")
     return {page.name: read_tutorial(page) for page in pages}
 
 

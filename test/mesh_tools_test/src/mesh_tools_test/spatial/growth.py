@@ -6,6 +6,7 @@ from typing import Any, Callable, Dict, List
 
 from mesh_tools_test.base.exact_world import exact_world
 from mesh_tools_test.base.figures import timed
+from mesh_tools_test.base.growth import Growth
 from mesh_tools_test.spatial import questions
 
 SIZES = (10_000, 100_000, 1_000_000)
@@ -39,15 +40,6 @@ def times(faces: int, repeats: int) -> Dict[str, float]:
     return result
 
 
-def table(sizes: List[int], repeats: int) -> str:
-    """Milliseconds, a column a size; the last column is the growth from the first to the last."""
-    columns = []
-    for size in sizes:
-        columns.append(times(size, repeats))
-    lines = ["%-24s" % "ms" + "".join("%13s" % f"{size:,}" for size in sizes) + "    growth"]
-    for name in columns[0]:
-        values = [column[name] for column in columns]
-        row = "".join("%13.4g" % value for value in values)
-        lines.append("%-24s%s %8.1f x" % (name, row, values[-1] / values[0]))
-    lines.append("%-24s%s %8.1f x" % ("faces", " " * 13 * len(sizes), sizes[-1] / sizes[0]))
-    return "\n".join(lines)
+def measured(sizes: List[int], repeats: int) -> Growth:
+    """On worlds of so many faces."""
+    return Growth("faces", sizes, [times(size, repeats) for size in sizes])
