@@ -230,7 +230,7 @@ ROWS = {
     "layer short": np.zeros((39, 1), "f4"),
     "layer across": np.zeros((1, 40), "f4")[:, :1],
     "vertex attribute wide": np.zeros((1, 40), "f4"),
-    "vertex attribute ids": np.zeros((41, 2), "u2"),
+    "vertex attribute kinds": np.zeros((41, 2), "u2"),
     "face attribute flat": np.zeros(59, "f4"),
 }
 
@@ -241,7 +241,10 @@ def test_what_has_the_rows_of_another_mesh(tmp_path, rich_mesh, what, capsys):
     path, name = MapFile.write(tmp_path / "a.h5", rich_mesh).path, what.split()[-1]
     group = "face_attributes" if "face" in what else "channels"
     with h5py.File(path, "r+") as raw:
-        place = raw["mesh/" + group].create_dataset(name, data=ROWS[what]).name
+        found = raw["mesh/" + group].create_dataset(name, data=ROWS[what])
+        place = found.name
+        if name == "kinds":
+            found.attrs["parameters"] = "{}"  # so it is ours
     text = "%s has the shape %s, not [%d]" % (
         place,
         list(ROWS[what].shape),
@@ -270,3 +273,6 @@ def test_unknown_numbers_of_other_programs_are_no_layers(tmp_path, rich_mesh):
     file = MapFile(path)
     assert "theirs" not in file.layer_names()
     assert file.other_contents() == ["/mesh/channels/theirs"] and file.notes == []
+    assert main(["convert", path, path + "_new.h5", "-q"]) == 0
+    with h5py.File(path + "_new.h5", "r") as raw:
+        assert raw["mesh/channels/theirs"].shape == (5,)  # it is carried along

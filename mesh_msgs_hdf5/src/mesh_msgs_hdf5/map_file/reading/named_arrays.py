@@ -1,6 +1,6 @@
 """Reads what a part has under names of its own: cost layers, attributes of vertices and faces."""
 from functools import cached_property
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, Iterable, List, Tuple
 
 import h5py
 import numpy as np
@@ -78,8 +78,8 @@ class NamedArrayReader(PartReader):
     def _kind_of(self, group, name):
         """_LAYER, _VERTEX_ATTRIBUTE, or "" for what is neither.
 
-        What has not a row for each vertex is one of them in a file of ours, which cannot be read;
-        in those of others it is unknown.
+        What looks like one but has not a row for each vertex is one of them in a file of ours, which
+        cannot be read; in those of others it is unknown.
         """
         key = name.encode("utf-8")
         if group.id.links.get_info(key).type != h5py.h5l.TYPE_HARD:
@@ -98,7 +98,17 @@ class NamedArrayReader(PartReader):
         if not self.schema_version or shape[0] == self.face_count:  # LVR2 has channels of faces
             return ""
         costs = kind == h5py.h5t.FLOAT and shape[0] == int(np.prod(shape))
+        names = (schema.KIND, schema.PARAMETERS)
+        ours = any(h5py.h5a.exists(found, name.encode()) for name in names)
+        if not (costs or ours or shape[-1] == self.vertex_count):
+            return ""
         return _LAYER if costs and not self._is_marked(found) else _VERTEX_ATTRIBUTE
+
+    def with_rows(self, names: Iterable[str]) -> List[str]:
+        """Those of these names of layers or vertex attributes that have a row for each vertex."""
+        places = {**self.vertex_attribute_places, **self.layer_places}
+        found = {name: self.guarded.group[places[name]] for name in names}
+        return [name for name in names if found[name].shape[0] == self.vertex_count]
 
     def _is_marked(self, found):
         if not h5py.h5a.exists(found, schema.KIND.encode()):

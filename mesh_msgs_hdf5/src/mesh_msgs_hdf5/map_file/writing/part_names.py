@@ -41,12 +41,14 @@ class PartNames:
 
     @classmethod
     def of_reader(cls, reader: MapReader) -> "PartNames":
-        """Those that a reader sees in a file."""
+        """Those that a reader sees in a file: what has the rows of another mesh is none, for a file
+        of others that becomes one of ours may have such numbers.
+        """
         return cls(
             vertex_count=reader.vertex_count,
             face_count=reader.face_count,
-            layers=frozenset(reader.layer_names()),
-            vertex_attributes=frozenset(reader.vertex_attribute_names()),
+            layers=frozenset(reader.with_rows(reader.layer_names())),
+            vertex_attributes=frozenset(reader.with_rows(reader.vertex_attribute_names())),
             face_attributes=frozenset(reader.face_attribute_names()),
             labels=_labels(reader),
             textures=frozenset(reader.texture_indices()),
