@@ -78,7 +78,7 @@ class NamedArrayReader(PartReader):
     def _kind_of(self, group, name):
         """_LAYER, _VERTEX_ATTRIBUTE, or "" for what is neither.
 
-        What looks like one but has not a row for each vertex is one of them in a file of ours, which
+        What looks like one but has not a row for each vertex is one of them in a file of ours, and
         cannot be read; in those of others it is unknown.
         """
         key = name.encode("utf-8")
