@@ -47,7 +47,7 @@ def test_import_then_info(square, tmp_path, capsys):
         "  frame      odom",
         "  uuid       " + uuid,
         "  parts      mesh (this is mesh)",
-        "  layer      cost: 0.5 .. 2, 1 lethal, 1 unknown, parameters unknown",
+        "  layer      cost: 0.5 .. 2, 1 lethal, 1 unknown, parameters unknown (carried by import)",
         "  note       1 faces of more than three corners were cut into triangles (fans)",
     ):
         assert line in text.splitlines(), line
@@ -61,7 +61,8 @@ def test_info_for_programs(square, tmp_path, capsys):
     capsys.readouterr()
     assert main(["info", "--json", str(out)]) == 0
     found = json.loads(capsys.readouterr().out)
-    layer = {"lethal": 0, "unknown": 0, "negative": 0, "parameters": {}}
+    layer = {"lethal": 0, "unknown": 0, "negative": 0}
+    carried = {"carried_by": "import"}
     assert found == {
         "path": str(out),
         "format": "HDF5",
@@ -82,7 +83,7 @@ def test_info_for_programs(square, tmp_path, capsys):
         "normals": False,
         "colors": False,
         "layers": [
-            dict(layer, name="cost", min=0.5, max=2, lethal=1, unknown=1),
+            dict(layer, name="cost", min=0.5, max=2, lethal=1, unknown=1, parameters=carried),
             dict(layer, name="none", min=None, max=None, unknown=4, parameters={"radius": 0.3}),
         ],
         "vertex_attributes": [],

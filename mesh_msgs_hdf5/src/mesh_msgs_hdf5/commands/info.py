@@ -6,6 +6,7 @@ from typing import Any, Dict
 from mesh_msgs_hdf5.commands._common import add_output_options, add_part, say
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.commands.summary import summarize
+from mesh_msgs_hdf5.model.carried_mesh import CARRIED_BY
 
 NAME = "info"
 HELP = "say what is in a mesh file"
@@ -133,7 +134,9 @@ def values_text(entry: Dict[str, Any]) -> str:
     for key in ("unknown", "negative"):
         if entry.get(key):
             text += ", %d %s" % (entry[key], key)
-    if entry["parameters"]:
+    if CARRIED_BY in entry["parameters"]:
+        text += ", parameters unknown (carried by %s)" % (entry["parameters"][CARRIED_BY],)
+    elif entry["parameters"]:
         parameters = json.dumps(entry["parameters"], sort_keys=True, ensure_ascii=False)
         text += ", computed with " + parameters
     elif "type" not in entry:
