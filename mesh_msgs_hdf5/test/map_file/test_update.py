@@ -322,7 +322,7 @@ def test_a_bad_edit_is_refused_and_changes_nothing(tmp_path, rich_data, edit, co
     path.write_bytes(rich_data)
     file = MapFile(path)
     with h5py.File(path, "r+") as raw:
-        raw["mesh/channels/taken"] = np.zeros(3)
+        raw["mesh/channels/taken"] = np.zeros(3, "i4")  # no layer
     before = path.read_bytes()
     with pytest.raises(MapFileError) as refused:
         file.update(edit)
