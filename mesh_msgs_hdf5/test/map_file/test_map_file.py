@@ -214,9 +214,11 @@ def test_only_vertex_costs_are_layers(tmp_path, full_mesh):
         channels["texture_features/0"] = np.zeros(40, "f4")
         channels["flat"] = np.zeros(40, "f2")
         channels["soft"] = h5py.SoftLink("/mesh/channels/flat")
-    assert MapFile(path).layer_names() == ["Grün und weich", "flat", "height_diff"]
+    assert MapFile(path).layer_names() == ["Grün und weich", "flat", "height_diff", "short"]
     with pytest.raises(MapFileError, match="there is no layer 'wide'.*flat, height_diff"):
         file.vertex_costs("wide")
+    with pytest.raises(MapFileError, match=r"short has the shape \[39, 1\], not \[40\]"):
+        file.vertex_costs("short")
 
 
 def fill_with_strange_things(path):
