@@ -53,7 +53,7 @@ def test_nothing_of_the_machine_is_in_the_site(site):
         assert str(assembly.ROOT) not in path.read_text(encoding="utf-8"), path
 
 
-def test_a_warning_of_sphinx_is_an_error(site, tmp_path):
+def test_a_warning_of_sphinx_is_an_error(tmp_path):
     source = tmp_path / "source"
     source.mkdir()
     (source / "conf.py").write_text("extensions = ['myst_parser']\n", encoding="utf-8")
@@ -62,11 +62,13 @@ def test_a_warning_of_sphinx_is_an_error(site, tmp_path):
         assembly.build(source, tmp_path / "html")
 
 
-def test_pictures_that_are_there_are_taken(site, tmp_path):
+def test_pictures_that_are_there_are_taken(tmp_path):
     name = sorted(assembly.shown_pictures())[0]
     (tmp_path / name).write_bytes(b"a picture")
-    assert assembly.assemble(tmp_path / "source", tmp_path) == assembly.shown_pictures() - {name}
-    assert (tmp_path / "source" / "tutorials" / "pictures" / name).read_bytes() == b"a picture"
+    placed = tmp_path / "placed"
+    assert assembly.place_pictures(placed, tmp_path) == assembly.shown_pictures() - {name}
+    assert (placed / name).read_bytes() == b"a picture"
+    assert {path.name for path in placed.iterdir()} == assembly.shown_pictures()
 
 
 def test_a_tutorial_is_done_again_where_its_page_is_newer(tmp_path):

@@ -48,10 +48,11 @@ def assemble(source: Path, pictures: Path) -> Set[str]:
         links.write_page(path, page)
         page.write_text(page.read_text(encoding="utf-8").replace(*DIAGRAM), encoding="utf-8")
     write_reference(source / "reference")
-    return _place_pictures(source / "tutorials" / "pictures", pictures)
+    return place_pictures(source / "tutorials" / "pictures", pictures)
 
 
-def _place_pictures(folder, pictures):
+def place_pictures(folder: Path, pictures: Path) -> Set[str]:
+    """Copy those that there are; grey ones, whose names are returned, in place of the others."""
     folder.mkdir(parents=True)
     missing = set()
     for name in shown_pictures():
