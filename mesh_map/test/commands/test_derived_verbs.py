@@ -213,15 +213,15 @@ def test_faces_that_touch_the_border_do_not_lie_across_it(tmp_path, capsys):
         assert any("lie across the border" in note for note in value["notes"]) == is_across, border
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        ["refine", "{f}", "{o}", "--max-edge-length", "0.06"],
-        ["crop", "{f}", "{o}", "--box", "0.3,0.2,-9,0.8,0.9,9"],
-        ["merge", "{f}", "{f}", "{o}"],
-        ["import", "{f}", "{o}", "--scale", "0.1"],
-    ],
+DERIVING = (
+    ["refine", "{f}", "{o}", "--max-edge-length", "0.06"],
+    ["crop", "{f}", "{o}", "--box", "0.3,0.2,-9,0.8,0.9,9"],
+    ["merge", "{f}", "{f}", "{o}"],
+    ["import", "{f}", "{o}", "--scale", "0.1"],
 )
+
+
+@pytest.mark.parametrize("line", DERIVING)
 def test_layers_of_another_geometry_are_not_taken_on_trust(tmp_path, capsys, line):
     """Also where the file that they come from did not say how they were computed."""
     mesh = full_map()
@@ -242,15 +242,7 @@ def test_layers_of_another_geometry_are_not_taken_on_trust(tmp_path, capsys, lin
     assert not (costs == np.float32(0.0123)).any()
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        ["refine", "{f}", "{o}", "--max-edge-length", "0.06"],
-        ["crop", "{f}", "{o}", "--box", "0.3,0.2,-9,0.8,0.9,9"],
-        ["merge", "{f}", "{f}", "{o}"],
-        ["import", "{f}", "{o}", "--scale", "0.1"],
-    ],
-)
+@pytest.mark.parametrize("line", DERIVING)
 def test_what_values_mean_stays_with_them(tmp_path, capsys, line):
     """Unit and rule of layers, with the numbers of what is there now; parameters of attributes."""
     mesh = full_map()
