@@ -9,6 +9,7 @@ from mesh_map.base.errors import MeshMapError
 from mesh_map.io.map_parameters import map_parameters
 from mesh_map.io.map_source import MapSource
 from mesh_map.map.coarse_edges import coarse_remark
+from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs.world.solids import box, floor, joined, welded
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
@@ -250,6 +251,25 @@ def test_large_faces_are_said_with_the_way_out(map_file):
     assert "inscribed_radius of layer inflation, 0.25 m" in remark
     finer = refined(map_file.path, [FORBIDDEN, INFLATION], max_edge_length=0.25)[1]
     assert coarse_remark(finer, {"the robot's radius": 0.3}) == ""
+
+
+def ledge(size, edge, rise):
+    """(V,3), (F,3): a floor whose half is higher, with one steep row of faces between."""
+    vertices, faces = floor((0.0, 0.0), (size, size), edge)
+    vertices = np.array(vertices)
+    vertices[vertices[:, 0] > 0.5 * size + 0.25 * edge, 2] += rise
+    return np.float32(vertices), np.uint32(faces)
+
+
+@pytest.mark.parametrize("rise, steep", [(0.45, 240), (0.2, 0)])
+def test_a_step_without_a_vertex_between_its_ends_is_said_however_small_it_is(rise, steep):
+    """Both ends of a step are level: within the radius layers have nothing to compare it with."""
+    mesh_map = MeshMap(*ledge(12.0, 0.1, rise))
+    remark = coarse_remark(mesh_map, {"the robot's radius": 0.25})
+    assert ("%d faces steeper than 45 degrees" % steep in remark) == (steep > 0)
+    assert ("of the surface" in remark, "up to 0.45 m" in remark) == (False, steep > 0)
+    assert bool(remark) == (steep > 0) == ("max_edge_length: 0.12" in remark)
+    assert coarse_remark(mesh_map, {"the robot's radius": 0.5}) == ""
 
 
 def test_a_layer_that_is_not_enabled_has_no_radius(map_file):
