@@ -352,9 +352,8 @@ def _guarded(parse: Callable[[], argparse.Namespace], argv: List[str]) -> int:
         is_code = not isinstance(code, int) or 0 <= code < 256  # of others the system takes a part
         return code if is_code else 1
     except MapFileError as error:
-        if (
-            error.code == "changed"
-        ):  # whoever has an object may open it again, but not who has a verb
+        # who has an object may open it again, but not who has a verb
+        if error.code == "changed":
             error.hint = "nothing was saved: run it again"
         _say(str(error))
     except MemoryError:
