@@ -97,7 +97,8 @@ py::tuple computeOrientation(Array vertices, Array faces, Array face_edges, Arra
   return py::make_tuple(toArray(std::move(result.turned)), result.patch_count, result.conflicts);
 }
 
-py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors, Array angles,
+py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors, Array faces,
+                                  Array face_offsets, Array vertex_faces, Array angles,
                                   Array normals, Array up, double radius, unsigned wanted,
                                   const std::string& search)
 {
@@ -107,6 +108,13 @@ py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors
   query.positions = view<float>(vertices, "vertices", {ANY, 3});
   query.neighbors = rowsView(offsets, neighbors, vertex_count, "neighbors");
   requireValue(query.neighbors.rowCount() == vertex_count, "offsets need one row per vertex");
+  if (wanted & (SURFACE_HEIGHT_DIFFERENCE | SURFACE_HEIGHT_DIFFERENCE_AROUND)) {
+    const MeshView mesh = meshView(vertices, faces);
+    query.faces = mesh.faces;
+    query.vertex_faces = rowsView(face_offsets, vertex_faces, mesh.faceCount(), "vertex_faces");
+    requireValue(query.vertex_faces.rowCount() == vertex_count,
+                 "face_offsets need one row per vertex");
+  }
   query.angles =
       view<float>(angles, "angles", {wanted & (ROUGHNESS | ROUGHNESS_AROUND) ? rows : ANY});
   query.normals = view<float>(normals, "normals", {wanted & RIDGE ? rows : ANY, 3});
@@ -118,7 +126,9 @@ py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors
   RadiusStatistics result = unlocked([&] { return radiusStatistics(query); });
   return toArrays(std::move(result.height_differences), std::move(result.roughnesses),
                   std::move(result.ridges), std::move(result.height_differences_around),
-                  std::move(result.roughnesses_around));
+                  std::move(result.roughnesses_around),
+                  std::move(result.surface_height_differences),
+                  std::move(result.surface_height_differences_around));
 }
 
 py::array computeMeanEdgeAngles(Array normals, Array edges, Array offsets, Array neighbor_edges)

@@ -15,7 +15,9 @@ namespace mesh_map {
 namespace {
 
 constexpr std::size_t VERTICES_PER_CHUNK = 32768;
-constexpr unsigned ANY_HEIGHT_DIFFERENCE = HEIGHT_DIFFERENCE | HEIGHT_DIFFERENCE_AROUND;
+constexpr unsigned ANY_HEIGHT_DIFFERENCE = HEIGHT_DIFFERENCE | HEIGHT_DIFFERENCE_AROUND |
+                                           SURFACE_HEIGHT_DIFFERENCE |
+                                           SURFACE_HEIGHT_DIFFERENCE_AROUND;
 constexpr unsigned ANY_ROUGHNESS = ROUGHNESS | ROUGHNESS_AROUND;
 
 /// Of the box around all positions.

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -16,6 +15,7 @@
 #include "base/fixed_point.h"
 #include "base/simd.h"
 #include "base/vector3.h"
+#include "mesh/large_faces.h"
 #include "mesh/neighborhood_group.h"
 #include "mesh/packed_position.h"
 #include "mesh/radius_attributes.h"
@@ -25,25 +25,25 @@ namespace mesh_map {
 
 namespace {
 
-float heightDifference(const float* heights, std::uint32_t center, ArrayView<std::uint32_t> members)
+HeightRange heightsOf(const float* heights, ArrayView<std::uint32_t> members)
 {
-  float lowest = heights[center], highest = lowest;
+  HeightRange range;
   for (const std::uint32_t u : members) {
-    lowest = std::min(lowest, heights[u]);
-    highest = std::max(highest, heights[u]);
+    range.add(heights[u]);
   }
-  return highest - lowest;
+  return range;
 }
 
-float heightDifferenceAround(const float* heights, std::uint32_t center,
-                             ArrayView<std::uint32_t> members)
+HeightRange heightsAround(const float* heights, std::uint32_t center,
+                          ArrayView<std::uint32_t> members)
 {
-  float lowest = std::numeric_limits<float>::infinity(), highest = -lowest;
+  HeightRange range;
   for (const std::uint32_t u : members) {
-    lowest = u == center ? lowest : std::min(lowest, heights[u]);
-    highest = u == center ? highest : std::max(highest, heights[u]);
+    if (u != center) {
+      range.add(heights[u]);
+    }
   }
-  return members.size() > 1 ? highest - lowest : std::numeric_limits<float>::quiet_NaN();
+  return range;
 }
 
 std::uint64_t sumOf(const std::uint32_t* angles, ArrayView<std::uint32_t> members)
@@ -109,31 +109,49 @@ float ridge(const RadiusAttributes& of, std::uint32_t center, ArrayView<std::uin
   return meanOfFixed(distances.sum(), TIP_UNITS / of.tip_scale, count - 1);
 }
 
+/// What a pass looks at: vertices in one order or another.
+struct RadiusMesh
+{
+  std::vector<PackedPosition> positions;
+  RowsView neighbors;
+  RadiusAttributes attributes;
+  ArrayView<std::uint32_t> order;  // the index of each place; empty where they are the same
+
+  std::size_t indexOf(std::uint32_t place) const { return order.empty() ? place : order[place]; }
+};
+
 /// Writes the statistics of one vertex, given those around it.
 class RadiusWriter
 {
  public:
-  /// `results` has to outlive this object.
-  RadiusWriter(const RadiusQuery& query, RadiusStatistics& results)
-      : height_differences_(wanted(query, HEIGHT_DIFFERENCE, results.height_differences)),
+  /// What is given has to outlive this object.
+  RadiusWriter(const RadiusQuery& query, const LargeFaces& large_faces, RadiusStatistics& results)
+      : large_faces_(large_faces),
+        height_differences_(wanted(query, HEIGHT_DIFFERENCE, results.height_differences)),
         height_differences_around_(
             wanted(query, HEIGHT_DIFFERENCE_AROUND, results.height_differences_around)),
         roughnesses_(wanted(query, ROUGHNESS, results.roughnesses)),
         roughnesses_around_(wanted(query, ROUGHNESS_AROUND, results.roughnesses_around)),
-        ridges_(wanted(query, RIDGE, results.ridges))
+        ridges_(wanted(query, RIDGE, results.ridges)),
+        surface_height_differences_(
+            wanted(query, SURFACE_HEIGHT_DIFFERENCE, results.surface_height_differences)),
+        surface_height_differences_around_(wanted(query, SURFACE_HEIGHT_DIFFERENCE_AROUND,
+                                                  results.surface_height_differences_around))
   {
   }
 
-  /// `members` are the places in `of` of the vertices around `center`, itself among them; v is its
-  /// index in the results.
-  void write(const RadiusAttributes& of, std::uint32_t center, ArrayView<std::uint32_t> members,
-             std::size_t v) const
+  /// `members` are the places of the vertices around the one in place `center`, itself among them.
+  void write(const RadiusMesh& mesh, std::uint32_t center, ArrayView<std::uint32_t> members) const
   {
-    if (height_differences_ != nullptr) {
-      height_differences_[v] = heightDifference(of.heights.data(), center, members);
+    const RadiusAttributes& of = mesh.attributes;
+    const std::size_t v = mesh.indexOf(center);
+    if (height_differences_ != nullptr || surface_height_differences_ != nullptr) {
+      writeHeights(heightsOf(of.heights.data(), members), mesh, center, members,
+                   height_differences_, surface_height_differences_);
     }
-    if (height_differences_around_ != nullptr) {
-      height_differences_around_[v] = heightDifferenceAround(of.heights.data(), center, members);
+    if (height_differences_around_ != nullptr || surface_height_differences_around_ != nullptr) {
+      writeHeights(heightsAround(of.heights.data(), center, members), mesh, center, members,
+                   height_differences_around_, surface_height_differences_around_);
     }
     if (roughnesses_ != nullptr || roughnesses_around_ != nullptr) {
       const std::uint64_t sum = sumOf(of.angles.data(), members);
@@ -157,22 +175,32 @@ class RadiusWriter
     return (query.wanted & statistic) != 0 ? results.data() : nullptr;
   }
 
+  /// Given the heights of the members that count.
+  void writeHeights(HeightRange range, const RadiusMesh& mesh, std::uint32_t center,
+                    ArrayView<std::uint32_t> members, float* of_vertices, float* of_surface) const
+  {
+    const std::size_t v = mesh.indexOf(center);
+    if (of_vertices != nullptr) {
+      of_vertices[v] = range.size();
+    }
+    if (of_surface != nullptr) {
+      if (!large_faces_.empty()) {
+        for (const std::uint32_t u : members) {
+          large_faces_.addHeights(v, mesh.indexOf(u), range);
+        }
+      }
+      of_surface[v] = range.size();
+    }
+  }
+
+  const LargeFaces& large_faces_;
   float* height_differences_;
   float* height_differences_around_;
   float* roughnesses_;
   float* roughnesses_around_;
   float* ridges_;
-};
-
-/// What a pass looks at: vertices in one order or another.
-struct RadiusMesh
-{
-  std::vector<PackedPosition> positions;
-  RowsView neighbors;
-  RadiusAttributes attributes;
-  ArrayView<std::uint32_t> order;  // the index of each place; empty where they are the same
-
-  std::size_t indexOf(std::uint32_t place) const { return order.empty() ? place : order[place]; }
+  float* surface_height_differences_;
+  float* surface_height_differences_around_;
 };
 
 constexpr std::size_t VERTICES_PER_CHUNK = 4096;
@@ -182,7 +210,7 @@ void statisticsOfEach(const RadiusQuery& query, const RadiusMesh& mesh, const Ra
   const auto one = [neighborhood = RadiusNeighborhood(mesh.positions, mesh.neighbors),
                     radius = query.radius, &mesh, writer](std::size_t place) mutable {
     const auto center = static_cast<std::uint32_t>(place);
-    writer.write(mesh.attributes, center, neighborhood.find(center, radius), mesh.indexOf(center));
+    writer.write(mesh, center, neighborhood.find(center, radius));
   };
   parallelEach(mesh.positions.size(), VERTICES_PER_CHUNK, query.threads, one);
 }
@@ -210,8 +238,7 @@ class GroupWorker
       choose(static_cast<std::uint32_t>(place));
       neighborhoods_.find(group_);
       for (unsigned k = 0; k < group_.size(); ++k) {
-        writer_.write(mesh_.attributes, group_[k], neighborhoods_.around(k),
-                      mesh_.indexOf(group_[k]));
+        writer_.write(mesh_, group_[k], neighborhoods_.around(k));
       }
     }
   }
@@ -361,7 +388,15 @@ RadiusStatistics radiusStatistics(const RadiusQuery& query)
   roomFor(RIDGE, results.ridges);
   roomFor(HEIGHT_DIFFERENCE_AROUND, results.height_differences_around);
   roomFor(ROUGHNESS_AROUND, results.roughnesses_around);
-  const RadiusWriter writer(query, results);
+  roomFor(SURFACE_HEIGHT_DIFFERENCE, results.surface_height_differences);
+  roomFor(SURFACE_HEIGHT_DIFFERENCE_AROUND, results.surface_height_differences_around);
+  constexpr unsigned of_surface = SURFACE_HEIGHT_DIFFERENCE | SURFACE_HEIGHT_DIFFERENCE_AROUND;
+  LargeFaces large_faces;
+  if ((query.wanted & of_surface) != 0) {
+    large_faces = LargeFaces({query.positions, query.faces}, query.vertex_faces, query.radius,
+                             query.up, query.threads);
+  }
+  const RadiusWriter writer(query, large_faces, results);
   RadiusMesh mesh{packPositions(query.positions), query.neighbors, {}, {}};
   const bool in_groups =
       query.search != RadiusSearch::EDGES && NeighborhoodGroup::fits(query.radius);

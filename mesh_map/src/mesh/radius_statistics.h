@@ -19,7 +19,11 @@ enum RadiusStatistic : unsigned
   RIDGE = 4,
   /// The same as the first two, without the vertex itself (see below where there is no other one).
   HEIGHT_DIFFERENCE_AROUND = 8,
-  ROUGHNESS_AROUND = 16
+  ROUGHNESS_AROUND = 16,
+  /// Height differences over the surface of large faces, too (large_faces.h): of those at the
+  /// vertex and at the ones around it, as far as they are within the radius.
+  SURFACE_HEIGHT_DIFFERENCE = 32,
+  SURFACE_HEIGHT_DIFFERENCE_AROUND = 64
 };
 
 /// How the vertices around a vertex are found. The results are the same, bit for bit.
@@ -39,6 +43,8 @@ struct RadiusQuery
 {
   ArrayView<float> positions;                  ///< 3 per vertex
   RowsView neighbors;                          ///< of each vertex, without itself
+  ArrayView<std::uint32_t> faces;              ///< for both of the surface: 3 corners each,
+  RowsView vertex_faces;                       ///< and those around each vertex
   ArrayView<float> angles;                     ///< for both roughnesses: one per vertex, 0 to pi
   ArrayView<float> normals;                    ///< for RIDGE: 3 per vertex, of length 1
   std::array<double, 3> up = {0.0, 0.0, 1.0};  ///< of length 1: heights are along it
@@ -56,6 +62,8 @@ struct RadiusStatistics
   std::vector<float> ridges;
   std::vector<float> height_differences_around;
   std::vector<float> roughnesses_around;
+  std::vector<float> surface_height_differences;
+  std::vector<float> surface_height_differences_around;
 };
 
 /// All that is wanted in one pass. Sums are of whole numbers (of 2^-30 radians, and of less than

@@ -19,6 +19,7 @@ def test_declared_parameters_of_height_diff():
         "threshold": (0.185, 0.05, 1.0),
         "radius": (0.3, 0.02, 1.0),
         "include_vertex": (True, None, None),
+        "large_faces": (True, None, None),
         "factor": (1.0, 0.0, 1.0),
         "combination_weight": (1.0, 0.0, 1.0),
         "enabled": (True, None, None),
@@ -89,7 +90,8 @@ def test_unknown_parameters_are_named():
     layer = HeightDiffLayer("h", {"treshold": 0.2})
     assert layer.warnings == [
         "unknown parameters: treshold "
-        "(known: combination_weight, enabled, factor, include_vertex, radius, threshold)"
+        "(known: combination_weight, enabled, factor, include_vertex, large_faces, radius, "
+        "threshold)"
     ]
 
 
@@ -151,6 +153,7 @@ def test_the_fingerprint_is_of_all_that_costs_depend_on():
     expected = {
         "radius": 0.5,
         "include_vertex": True,
+        "large_faces": True,
         "type": "mesh_layers/HeightDiffLayer",
         "geometry": mesh_map.geometry.content_uuid,
     }

@@ -12,6 +12,7 @@ from meshes import BOTANICAL, TestMesh, data_mesh, renumbered, small, soup, terr
 
 NAMES = ("height_difference", "roughness", "ridge")
 NAMES += ("height_difference_around", "roughness_around")
+NAMES += ("surface_height_difference", "surface_height_difference_around")
 
 
 def geometry(mesh, **options):
@@ -52,6 +53,65 @@ def test_equals_plain_python(mesh, radius):
 def test_equals_plain_python_on_terrain():
     check(terrain(), 0.3)
     check(terrain(25), 0.6, up_direction=(1, -2, 3), normals="angle")
+
+
+@small
+@pytest.mark.parametrize("radius", [0.3, 1.0])
+def test_the_surface_of_large_faces_as_samples_have_it(mesh, radius):
+    check_surface(mesh, radius)
+
+
+@pytest.mark.parametrize("radius", [0.03, 0.06, 0.11])
+def test_the_surface_of_a_terrain_with_some_or_only_large_faces(radius):
+    check_surface(terrain(12), radius)
+
+
+def check_surface(mesh, radius):
+    of = geometry(mesh)
+    ours = dict(zip(NAMES, results(of, radius)))
+    around = surroundings.neighborhoods(mesh, radius)
+    z = mesh.vertices[:, 2].astype(np.float64)
+    lowest, highest, slack = surroundings.surface_heights(mesh, around, radius)
+    large = np.isfinite(lowest)
+    for own, name in ((True, "height_difference"), (False, "height_difference_around")):
+        found = ours["surface_" + name]
+        assert np.array_equal(found[~large], ours[name][~large], equal_nan=True)
+        assert not (found < ours[name]).any() and not np.isnan(found[large]).any()
+        low, high = lowest.copy(), highest.copy()
+        for v in np.flatnonzero(large):
+            rows = np.append(around[v], v) if own else around[v]
+            low[v], high[v] = z[rows].min(initial=low[v]), z[rows].max(initial=high[v])
+        sampled = (high - low)[large]
+        tolerance = 1e-5 * max(1.0, np.abs(mesh.vertices).max())
+        assert (found[large] >= sampled - tolerance).all(), name
+        assert (found[large] <= sampled + 6 * slack[large] + tolerance).all(), name
+
+
+def test_a_step_of_one_row_of_faces():
+    """A ledge of 1 m in a grid of 0.2 m: its ends are farther from each other than the radius."""
+    row, y = (0.2 * grid.ravel() for grid in np.mgrid[:20, :20])
+    x = np.where(np.isclose(row, 2.0), 1.801, row)  # as good as upright
+    points = np.stack([x, y, np.where(row > 1.9, 1.0, 0.0)], 1)
+    mesh = TestMesh("ledge", points.astype(np.float32), terrain(20).faces)
+    of = geometry(mesh).radius_pass(0.3)
+    assert not of.height_difference().any()
+    found = of.surface_height_difference()
+    rim = np.isclose(x, 1.8, atol=0.02)
+    np.testing.assert_allclose(found[rim], 0.3, atol=0.001)
+    assert np.array_equal(found > 0.0, np.isclose(x, 1.8, atol=0.29))  # those within the radius
+    second = np.isclose(x, 1.6)
+    np.testing.assert_allclose(found[second], np.sqrt(0.3**2 - 0.2**2), atol=0.02)
+
+
+def test_a_zigzag_wall_whose_edges_are_all_nearly_level():
+    """Its faces are upright, though no side rises by more than 0.06 m within the radius."""
+    along = np.arange(0, 100, 5.0)
+    top = (np.arange(len(along)) % 2).astype(float)
+    points = np.stack([along, 0 * along, top], 1).astype(np.float32)
+    faces = [[k, k + 1, k + 2] for k in range(len(along) - 2)]
+    of = geometry(TestMesh("zigzag", points, np.array(faces, np.uint32))).radius_pass(0.3)
+    inner = of.surface_height_difference()[1:-1]
+    np.testing.assert_allclose(inner, 0.3, atol=1e-6)
 
 
 @pytest.mark.parametrize("radius", [0.1, 0.3, 0.5, 0.8])
@@ -103,7 +163,7 @@ def test_one_pass_for_all_that_was_requested(monkeypatch):
     wanted = []
     kernel = _kernels._radius_statistics
     monkeypatch.setattr(
-        _kernels, "_radius_statistics", lambda *a: wanted.append(a[7]) or kernel(*a)
+        _kernels, "_radius_statistics", lambda *a: wanted.append(a[10]) or kernel(*a)
     )
     of = geometry(terrain(10))
     of.radius_pass(0.3).request("roughness")
@@ -170,7 +230,8 @@ def test_the_kernel_checks_its_arrays():
     t = geometry(mesh).topology
     angles, normals = np.zeros(200, np.float32), np.zeros((200, 3), np.float32)
     up = np.array((0, 0, 1.0))
-    good = [mesh.vertices, t.neighbor_offsets, t.neighbors, angles, normals, up, 0.3, 31, "grid"]
+    rows = [t.neighbor_offsets, t.neighbors, mesh.faces, t.vertex_face_offsets, t.vertex_faces]
+    good = [mesh.vertices, *rows, angles, normals, up, 0.3, 127, "grid"]
     for position, bad, message in (
         (0, mesh.vertices.astype(np.float64), "vertices has to be an array of float32, not of"),
         (0, mesh.vertices[:, :2], r"vertices has to have the shape \(N, 3\)"),
@@ -180,12 +241,16 @@ def test_the_kernel_checks_its_arrays():
         (1, t.neighbor_offsets[:-1].copy(), "offsets do not divide neighbors into rows"),
         (1, t.neighbor_offsets[::-1].copy(), "offsets do not divide neighbors into rows"),
         (2, t.neighbors + np.uint32(200), "neighbors has the index"),
-        (3, angles[1:], r"angles has to have the shape \(200\)"),
-        (4, normals[1:], r"normals has to have the shape \(200, 3\)"),
-        (5, up[1:], r"up has to have the shape \(3\)"),
-        (6, 0.0, "the radius has to be above 0"),
-        (6, float("nan"), "the radius has to be above 0"),
-        (8, "magic", "search has to be automatic, edges or grid"),
+        (3, mesh.faces + np.uint32(200), "faces has the index"),
+        (3, mesh.faces[:-1].copy(), "vertex_faces has the index"),
+        (4, t.vertex_face_offsets[:-1].copy(), "offsets do not divide vertex_faces into rows"),
+        (5, t.vertex_faces + np.uint32(150), "vertex_faces has the index"),
+        (6, angles[1:], r"angles has to have the shape \(200\)"),
+        (7, normals[1:], r"normals has to have the shape \(200, 3\)"),
+        (8, up[1:], r"up has to have the shape \(3\)"),
+        (9, 0.0, "the radius has to be above 0"),
+        (9, float("nan"), "the radius has to be above 0"),
+        (11, "magic", "search has to be automatic, edges or grid"),
     ):
         arguments = list(good)
         arguments[position] = bad

@@ -270,6 +270,11 @@ def test_a_step_without_a_vertex_between_its_ends_is_said_however_small_it_is(ri
     assert ("of the surface" in remark, "up to 0.45 m" in remark) == (False, steep > 0)
     assert bool(remark) == (steep > 0) == ("max_edge_length: 0.12" in remark)
     assert coarse_remark(mesh_map, {"the robot's radius": 0.5}) == ""
+    height_diff = {"name": "steps", "type": "mesh_layers/HeightDiffLayer"}
+    robot = {"the robot's radius": 0.25}
+    for params, said in (({}, False), ({"large_faces": False}, True), ({"enabled": False}, True)):
+        mesh_map.compute_layers([dict(height_diff, params=params)])
+        assert bool(coarse_remark(mesh_map, robot)) == (said and steep > 0), params
 
 
 def test_a_layer_that_is_not_enabled_has_no_radius(map_file):

@@ -84,8 +84,8 @@ def test_what_is_stored_says_how_and_for_what_it_was_computed(map_file, paramete
     normals = parameters.pop("vertex_normals")
     assert len(normals) == 32 and set(normals) <= set("0123456789abcdef")
     kind = "mesh_layers/HeightDiffLayer"
-    expected = {"radius": 0.3, "include_vertex": True, "geometry": map_file.uuid}
-    assert parameters == {"type": kind, **expected}
+    expected = {"radius": 0.3, "include_vertex": True, "large_faces": True}
+    assert parameters == {"type": kind, "geometry": map_file.uuid, **expected}
 
 
 @pytest.mark.parametrize(
@@ -95,6 +95,7 @@ def test_what_is_stored_says_how_and_for_what_it_was_computed(map_file, paramete
         ({"geometry": "f00"}, "other values of geometry"),
         ({"radius": 0.2, "vertex_normals": "0"}, "other values of radius, vertex_normals"),
         ({"type": "x"}, "other values of type"),
+        ({"large_faces": None}, "other values of large_faces"),
         ({"more": 1}, "other values of more"),
         ({"more": 1, "layer_info": None}, "other values of more"),
     ],
@@ -323,7 +324,8 @@ def test_a_mesh_file_is_a_map_too(tmp_path):
     source = MapSource(write_obj(tmp_path / "mesh.obj"))
     mesh_map = source.make_map()
     assert not source.is_map_file and mesh_map.frame_id == "map" and len(mesh_map.uuid) == 36
-    mesh_map.compute_layers([dict(HEIGHT_DIFF, params={"radius": 1.0})], stored=source.stored_costs)
+    params = {"radius": 1.0, "large_faces": False}
+    mesh_map.compute_layers([dict(HEIGHT_DIFF, params=params)], stored=source.stored_costs)
     assert mesh_map.layers["height_diff"].result.costs.tolist() == [0, 0, 0]
     with pytest.raises(MeshMapError, match="mesh.obj is no map file.*mesh_tool import"):
         source.save_layers(mesh_map.layers)

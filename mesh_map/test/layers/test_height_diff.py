@@ -8,9 +8,14 @@ from meshes import BOTANICAL, TRAY, TestMesh, data_mesh, renumbered, small, terr
 from surroundings import neighborhoods
 
 
-def height_diff(mesh, **params):
+def evaluated(mesh, **params):
     mesh_map = MeshMap(mesh.vertices, mesh.faces)
     return HeightDiffLayer("height_diff", params).evaluate(mesh_map, {})
+
+
+def height_diff(mesh, **params):
+    """Of vertices alone, as released."""
+    return evaluated(mesh, large_faces=False, **params)
 
 
 def expected(mesh, radius):
@@ -62,7 +67,8 @@ def test_a_lone_vertex_without_itself_is_unknown_and_never_free():
     mesh = data_mesh(TRAY)
     mesh_map = MeshMap(mesh.vertices, mesh.faces)
     layer = {"name": "h", "type": "mesh_layers/HeightDiffLayer"}
-    mesh_map.compute_layers([dict(layer, params={"include_vertex": False})])
+    released = {"include_vertex": False, "large_faces": False}
+    mesh_map.compute_layers([dict(layer, params=released)])
     lonely = np.array([not len(others) for others in neighborhoods(mesh, 0.3)])
     assert lonely.any() and np.array_equal(np.isnan(mesh_map.costs), lonely)
 
@@ -85,6 +91,33 @@ def test_the_radius_is_exclusive():
     assert height_diff(mesh, radius=0.5).costs.tolist() == [0, 0, 0]
     wider = height_diff(mesh, radius=float(np.nextafter(0.5, 1))).costs.tolist()
     assert wider == [0.5, 0, 0.5]
+
+
+def test_large_faces_count_where_nothing_is_said():
+    """As far as they rise within the radius: never less than between vertices alone."""
+    mesh = data_mesh(TRAY)
+    geometry = MeshMap(mesh.vertices, mesh.faces).geometry
+    costs, vertices = evaluated(mesh).costs, height_diff(mesh).costs
+    assert np.array_equal(costs, geometry.radius_pass(0.3).surface_height_difference())
+    assert (costs >= vertices).all() and (costs > vertices).mean() > 0.3
+    without = evaluated(mesh, include_vertex=False).costs
+    assert np.array_equal(without, geometry.radius_pass(0.3).surface_height_difference_around())
+    fine = terrain()
+    assert np.array_equal(evaluated(fine).costs, height_diff(fine).costs)
+
+
+@pytest.mark.parametrize("high", [0.4, 1.0, 30.0])
+def test_no_step_of_large_faces_is_free(high):
+    """Of one row of faces, whose ends are farther from each other than the radius: nobody gets
+    from one side to the other without a lethal vertex."""
+    grid = terrain(20)
+    row, y = (0.2 * part.ravel() for part in np.mgrid[:20, :20])
+    points = np.stack([row, y, np.where(row > 1.9, high, 0.0)], 1).astype(np.float32)
+    mesh = TestMesh("ledge", points, grid.faces)
+    assert not height_diff(mesh).lethal.any()
+    lethal = evaluated(mesh).lethal
+    rim = np.isclose(row, 1.8) | np.isclose(row, 2.0)
+    assert lethal[rim].all() and not lethal[np.abs(row - 1.9) > 0.5].any()
 
 
 def test_the_order_of_vertices_does_not_matter():

@@ -13,6 +13,8 @@ STATISTICS = (
     ("Roughness", layer_oracles.roughness),
 )
 statistics = pytest.mark.parametrize("kind, formula", STATISTICS, ids=[k for k, _ in STATISTICS])
+# Of height differences: between vertices alone, as the formula has it (see test_radius_pass.py).
+VERTICES = {"HeightDiff": {"large_faces": False}}
 radii = pytest.mark.parametrize("radius", [0.3, 0.45])
 
 # Rounding of a normal to 32 bits turns it by 1e-7, which an angle of 0 shows as its root.
@@ -56,7 +58,8 @@ def check_statistic(kind, oracle, result, expected, radius):
 def test_statistics_within_a_radius(name, radius, include_vertex, kind, formula):
     radius = near_radius(name, radius)
     mesh, oracle = scaled(name)
-    result = evaluated(kind, mesh, radius=radius, include_vertex=include_vertex)
+    params = dict(VERTICES.get(kind, {}), include_vertex=include_vertex)
+    result = evaluated(kind, mesh, radius=radius, **params)
     check_statistic(kind, oracle, result, formula(oracle, radius, include_vertex), radius)
 
 
@@ -182,8 +185,8 @@ def test_vertices_without_neighbors(name, lonely):
     assert alone.sum() == lonely
     released = layer_oracles.height_difference(oracle, 0.3, False, -np.inf)
     assert np.array_equal(np.isneginf(released), alone)
-    assert not evaluated("HeightDiff", mesh).costs[alone].any()
-    without = evaluated("HeightDiff", mesh, include_vertex=False)
+    assert not evaluated("HeightDiff", mesh, large_faces=False).costs[alone].any()
+    without = evaluated("HeightDiff", mesh, include_vertex=False, large_faces=False)
     assert np.array_equal(np.isnan(without.costs), alone) and not without.lethal[alone].any()
     for kind in ("Ridge", "Roughness"):
         assert not evaluated(kind, mesh).costs[alone].any()

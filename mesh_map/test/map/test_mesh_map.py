@@ -181,7 +181,7 @@ def test_stored_costs_are_taken(caplog):
     assert np.array_equal(layer.result.costs, costs, equal_nan=True)
     assert layer.result.lethal.tolist() == [False, True, False]
     assert mesh_map.layers["other"].result.costs.tolist() == [0, 0, 0]
-    parameters = {"radius": 0.3, "include_vertex": True}
+    parameters = {"radius": 0.3, "include_vertex": True, "large_faces": True}
     fingerprint = {"type": HEIGHT_DIFF["type"], "geometry": mesh_map.uuid, **parameters}
     assert asked == [("height_diff", fingerprint), ("other", fingerprint)]
     assert layer.identity == fingerprint

@@ -17,6 +17,8 @@ _BITS = {  # radius_statistics.h
     "ridge": 4,
     "height_difference_around": 8,
     "roughness_around": 16,
+    "surface_height_difference": 32,
+    "surface_height_difference_around": 64,
 }
 
 KEPT = 4  # passes of the last radii of a geometry
@@ -81,6 +83,21 @@ class RadiusPass:
         """(V,) float32, height_difference() without the vertex itself; NaN where none is around."""
         return self._result("height_difference_around")
 
+    def surface_height_difference(self) -> np.ndarray:
+        """(V,) float32, height_difference() over the surface of large faces, too.
+
+        Of the faces with a side longer than the radius, at the vertex and at those around it: their
+        surface as far as it is within the radius. Nowhere less than height_difference().
+        """
+        return self._result("surface_height_difference")
+
+    def surface_height_difference_around(self) -> np.ndarray:
+        """(V,) float32, the same without the vertex itself; NaN where there is nothing else.
+
+        At a large face it counts, as the surface right beside it does.
+        """
+        return self._result("surface_height_difference_around")
+
     def roughness_around(self) -> np.ndarray:
         """(V,) float32, roughness() without the vertex itself; 0 where none is around.
 
@@ -116,6 +133,9 @@ class RadiusPass:
             geometry.vertices,
             topology.neighbor_offsets,
             topology.neighbors,
+            geometry.faces,
+            topology.vertex_face_offsets,
+            topology.vertex_faces,
             angles,
             geometry.vertex_normals if "ridge" in wanted else nothing,
             geometry.up,

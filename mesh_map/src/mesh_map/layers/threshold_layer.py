@@ -42,14 +42,17 @@ class RadiusLayer(ThresholdLayer):
     """Base of one that measures what is around each vertex. It has a parameter "radius" too.
 
     Layers of the same radius share one pass over the mesh. Where there is a parameter
-    "include_vertex", it says whether the vertex itself counts.
+    "include_vertex", it says whether the vertex itself counts, and where there is "large_faces",
+    whether the surface of faces with sides longer than the radius does.
     """
 
     STATISTIC: ClassVar[str]  # the method of RadiusPass that gives the costs
 
     @property
     def _statistic(self) -> str:
-        return self.STATISTIC + ("" if self.params.get("include_vertex", True) else "_around")
+        surface = "surface_" if self.params.get("large_faces", False) else ""
+        around = "" if self.params.get("include_vertex", True) else "_around"
+        return surface + self.STATISTIC + around
 
     def announce(self, geometry: MeshGeometry) -> None:
         geometry.radius_pass(self.params["radius"]).request(self._statistic)
@@ -109,6 +112,10 @@ class HeightDiffLayer(RadiusLayer):
     below the radius. The vertex itself counts, unless include_vertex is false: then one without
     others around is unknown (NaN). In the released mesh_map it did not count, and such a vertex had
     -inf; in that of ROS 2 (lvr2 25) it does.
+
+    Of a face with a side longer than the radius, at one of these vertices, the surface counts as
+    far as it is within the radius, unless large_faces is false, as in the released mesh_map: there,
+    a step of one row of such faces is level ground.
     """
 
     UNIT = "m"
@@ -116,6 +123,11 @@ class HeightDiffLayer(RadiusLayer):
         Parameter("threshold", 0.185, 0.05, 1.0, "lethal above, in meters", affects_costs=False),
         Parameter("radius", 0.3, 0.02, 1.0, "radius of the neighborhood in meters"),
         Parameter("include_vertex", True, description="the vertex itself counts, too"),
+        Parameter(
+            "large_faces",
+            True,
+            description="the surface of faces with a side longer than the radius counts, too",
+        ),
     )
     STATISTIC = "height_difference"
     RELEASED_NAME = "height_diff"

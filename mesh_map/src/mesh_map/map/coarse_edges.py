@@ -5,6 +5,7 @@ from typing import Dict, Mapping
 
 import numpy as np
 
+from mesh_map.costs.layer import Layer
 from mesh_map.map.mesh_map import MeshMap
 
 # Of the surface: some long edges, as at the rim of a scan, are no reason to say anything.
@@ -22,14 +23,17 @@ def coarse_remark(mesh_map: MeshMap, radii: Mapping[str, float] = {}) -> str:
     half of the radius: what stands on a floor is known to half an edge, and with it no path comes
     nearer to that than 9/10 of the radius (measured: README of mesh_map).
 
-    Steep faces that rise by more than the radius are said however few they are: of such a step both
-    ends may be level, and too far from each other for layers to compare them.
+    Steep faces that rise by more than the radius are said however few they are, unless a layer
+    looks at the surface of large faces: of such a step both ends may be level, and too far from
+    each other for layers to compare them.
 
     Args:
         mesh_map: with its layers; their parameters that are called a radius count, if enabled.
         radii: more of them: what it is of -> meters; 0 for none.
     """
-    known = {**_layer_radii(mesh_map), **{what: r for what, r in radii.items() if r > 0.0}}
+    enabled = {name: y for name, y in mesh_map.layers.items() if y.params.get("enabled", True)}
+    known = {**_layer_radii(enabled), **{what: r for what, r in radii.items() if r > 0.0}}
+    seen = any(layer.params.get("large_faces", False) for layer in enabled.values())
     if not known:
         return ""
     what, radius = min(known.items(), key=lambda item: item[1])
@@ -46,9 +50,10 @@ def coarse_remark(mesh_map: MeshMap, radii: Mapping[str, float] = {}) -> str:
         whole += float(areas.sum(dtype=np.float64))
         is_long = squared > radius * radius
         large += float(areas[is_long].sum(dtype=np.float64))
-        rises = _steep_rises(corners[is_long], mesh_map.geometry.up)
-        steep += np.count_nonzero(rises > radius)
-        highest = max(highest, float(rises.max(initial=0.0)))
+        if not seen:
+            rises = _steep_rises(corners[is_long], mesh_map.geometry.up)
+            steep += np.count_nonzero(rises > radius)
+            highest = max(highest, float(rises.max(initial=0.0)))
         longest = max(longest, math.sqrt(float(squared.max())))
     share, found = large / whole if whole else 0.0, []
     if share > _SHARE:
@@ -82,11 +87,9 @@ def _steep_rises(corners: np.ndarray, up: np.ndarray) -> np.ndarray:
     return np.where(steep, np.ptp(heights, axis=1), 0.0)
 
 
-def _layer_radii(mesh_map: MeshMap) -> Dict[str, float]:
+def _layer_radii(layers: Mapping[str, Layer]) -> Dict[str, float]:
     found = {}
-    for name, layer in mesh_map.layers.items():
-        if not layer.params.get("enabled", True):
-            continue
+    for name, layer in layers.items():
         for parameter, value in layer.params.items():
             if parameter.endswith("radius") and isinstance(value, float) and value > 0.0:
                 found["%s of layer %s" % (parameter, name)] = value

@@ -19,7 +19,9 @@ using mesh_map::RadiusSearch;
 using mesh_map::RadiusStatistics;
 
 constexpr unsigned ALL = mesh_map::HEIGHT_DIFFERENCE | mesh_map::ROUGHNESS | mesh_map::RIDGE |
-                         mesh_map::HEIGHT_DIFFERENCE_AROUND | mesh_map::ROUGHNESS_AROUND;
+                         mesh_map::HEIGHT_DIFFERENCE_AROUND | mesh_map::ROUGHNESS_AROUND |
+                         mesh_map::SURFACE_HEIGHT_DIFFERENCE |
+                         mesh_map::SURFACE_HEIGHT_DIFFERENCE_AROUND;
 
 struct Sample
 {
@@ -43,6 +45,8 @@ struct Sample
     RadiusQuery query;
     query.positions = mesh.positions;
     query.neighbors = {topology.neighbor_offsets, topology.neighbors};
+    query.faces = mesh.faces;
+    query.vertex_faces = {topology.vertex_face_offsets, topology.vertex_faces};
     query.angles = angles;
     query.normals = normals;
     query.radius = radius;
@@ -70,6 +74,9 @@ void expectSame(const RadiusStatistics& a, const RadiusStatistics& b, const std:
   EXPECT_TRUE(sameBits(a.ridges, b.ridges)) << name;
   EXPECT_TRUE(sameBits(a.height_differences_around, b.height_differences_around)) << name;
   EXPECT_TRUE(sameBits(a.roughnesses_around, b.roughnesses_around)) << name;
+  EXPECT_TRUE(sameBits(a.surface_height_differences, b.surface_height_differences)) << name;
+  EXPECT_TRUE(sameBits(a.surface_height_differences_around, b.surface_height_differences_around))
+      << name;
 }
 
 /// Strips side by side that are connected at one end only: nearer by air than along edges.
