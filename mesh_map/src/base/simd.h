@@ -66,14 +66,21 @@ inline unsigned bits(Ints4 mask)
 /// Rows become columns.
 inline void transpose(Floats4& a, Floats4& b, Floats4& c, Floats4& d)
 {
-  const Floats4 ab_low = __builtin_shuffle(a, b, Ints4{0, 4, 1, 5});
-  const Floats4 ab_high = __builtin_shuffle(a, b, Ints4{2, 6, 3, 7});
-  const Floats4 cd_low = __builtin_shuffle(c, d, Ints4{0, 4, 1, 5});
-  const Floats4 cd_high = __builtin_shuffle(c, d, Ints4{2, 6, 3, 7});
-  a = __builtin_shuffle(ab_low, cd_low, Ints4{0, 1, 4, 5});
-  b = __builtin_shuffle(ab_low, cd_low, Ints4{2, 3, 6, 7});
-  c = __builtin_shuffle(ab_high, cd_high, Ints4{0, 1, 4, 5});
-  d = __builtin_shuffle(ab_high, cd_high, Ints4{2, 3, 6, 7});
+#ifdef __SSE__
+  __m128 rows[] = {reinterpret_cast<__m128>(a), reinterpret_cast<__m128>(b),
+                   reinterpret_cast<__m128>(c), reinterpret_cast<__m128>(d)};
+  _MM_TRANSPOSE4_PS(rows[0], rows[1], rows[2], rows[3]);
+  a = reinterpret_cast<Floats4>(rows[0]);
+  b = reinterpret_cast<Floats4>(rows[1]);
+  c = reinterpret_cast<Floats4>(rows[2]);
+  d = reinterpret_cast<Floats4>(rows[3]);
+#else
+  const Floats4 rows[] = {a, b, c, d};
+  a = {rows[0][0], rows[1][0], rows[2][0], rows[3][0]};
+  b = {rows[0][1], rows[1][1], rows[2][1], rows[3][1]};
+  c = {rows[0][2], rows[1][2], rows[2][2], rows[3][2]};
+  d = {rows[0][3], rows[1][3], rows[2][3], rows[3][3]};
+#endif
 }
 
 /// Two doubles side by side.

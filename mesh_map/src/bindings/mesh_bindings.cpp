@@ -113,7 +113,7 @@ py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors
     query.faces = mesh.faces;
     query.vertex_faces = rowsView(face_offsets, vertex_faces, mesh.faceCount(), "vertex_faces");
     requireValue(query.vertex_faces.rowCount() == vertex_count,
-                 "face_offsets need one row per vertex");
+                 "vertex_faces need one row per vertex");
   }
   query.angles =
       view<float>(angles, "angles", {wanted & (ROUGHNESS | ROUGHNESS_AROUND) ? rows : ANY});

@@ -54,7 +54,8 @@ class TrianglePoint
                                   inUnit(dot(from_b, side) / dot(side, side))};
     // all comparisons with the NaN of a triangle without area are false
     // equation (2) of the paper
-    const bool inside = (foot[0] >= 0.0) & (foot[1] >= 0.0) & (foot[0] + foot[1] <= 1.0);
+    const bool inside = (unsigned{foot[0] >= 0.0} & unsigned{foot[1] >= 0.0} &
+                         unsigned{foot[0] + foot[1] <= 1.0}) != 0;
     const double beta[] = {inside ? foot[0] : from_corner[0], from_corner[0], 0.0,
                            1.0 - from_corner[2]};
     const double gamma[] = {inside ? foot[1] : 0.0, 0.0, from_corner[1], from_corner[2]};

@@ -5,8 +5,12 @@
 #ifdef __x86_64__
 
 // All headers come before, so that nothing that other files share is compiled for AVX2.
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#else
 #pragma GCC push_options
 #pragma GCC target("avx2")
+#endif
 
 namespace mesh_map {
 
@@ -39,7 +43,11 @@ const SearchRays SEARCH_RAYS_AVX2 = searchRays;
 
 }  // namespace mesh_map
 
+#ifdef __clang__
+#pragma clang attribute pop
+#else
 #pragma GCC pop_options
+#endif
 
 #else
 

@@ -7,6 +7,8 @@ import pytest
 from mesh_tools_test.site import assembly
 from mesh_tools_test.site.main import has_run
 
+pytestmark = pytest.mark.timeout(1200)  # it takes a core for a minute, which others may want, too
+
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):

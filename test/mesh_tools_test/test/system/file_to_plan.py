@@ -14,6 +14,7 @@ import numpy as np
 import rospkg
 import rospy
 import rostest
+import yaml
 from mesh_msgs import zoo
 from mesh_msgs.identity import geometry_uuid
 from scipy.sparse import coo_matrix
@@ -56,8 +57,13 @@ class FileToPlan(unittest.TestCase):
             ["rosrun", "mesh_msgs_hdf5", "mesh_tool", "import", str(ply), str(cls.file)], check=True
         )
         launch = ["roslaunch", "--wait", "mesh_navigation", "mesh_navigation.launch"]
-        # For faces of a meter: that of mesh_navigation is for a robot's radius.
-        config = Path(rospkg.RosPack().get_path("mesh_map")) / "config" / "height_diff.yaml"
+        # For faces of a meter (that of mesh_navigation is for a robot's radius) and a ramp of 21
+        # degrees, on which heights differ by 0.21 m within the radius.
+        config = folder / "steps.yaml"
+        shipped = Path(rospkg.RosPack().get_path("mesh_map")) / "config" / "height_diff.yaml"
+        layers = yaml.safe_load(shipped.read_text(encoding="utf-8"))
+        layers["height_diff"]["threshold"] = 0.25
+        config.write_text(yaml.safe_dump(layers), encoding="utf-8")
         launch += [f"map_file:={cls.file}", f"map_config:={config}"]
         cls.navigation = cls.stack.enter_context(
             process("mesh_navigation", launch, folder / "logs")
