@@ -3,6 +3,7 @@
 set -euo pipefail
 cd "$(mktemp -d)"
 rosrun mesh_msgs_hdf5 mesh_tool --help | grep -q ' render '
+test -f "$(rospack find mesh_msgs_hdf5)/README.md" # where --help says that more is told
 rosrun mesh_msgs_hdf5 mesh_tool --completion | bash -n
 rosrun mesh_navigation plan --help >plan.txt
 rosrun mesh_navigation go_to --help >go_to.txt

@@ -75,4 +75,13 @@ def test_help_needs_no_roscore(option):
     node = start("http://localhost:1", f"import sys; sys.argv[1:] = ['{option}']" + code)
     told, errors = node.communicate(timeout=60)
     assert (node.returncode, errors) == (0, "")
-    assert told.startswith("usage: name_of_the_node") and "\nServes tea.\n" in told
+    assert told.startswith("usage: name_of_the_node") and told.endswith("\nServes tea.\n")
+
+
+def test_help_of_our_nodes_says_where_more_is_told():
+    code = CODE.replace('node")', 'node", about="Serves tea.", package="tea_house")')
+    node = start("http://localhost:1", "import sys; sys.argv[1:] = ['--help']" + code)
+    told = node.communicate(timeout=60)[0]
+    assert "\nServes tea.\n\nMore:\n" in told
+    assert "$(rospack find tea_house)/README.md\n" in told
+    assert "build/docs/html/reference/nodes.html#name-of-the-node, " in told

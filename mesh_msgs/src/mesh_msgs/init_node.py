@@ -14,20 +14,24 @@ import rosgraph
 import rospy
 
 from mesh_msgs.master_watch import MasterWatch
+from mesh_msgs.text import read_more
 
 _LOG = logging.getLogger("mesh_msgs")
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _HELP = """usage: %s [_PARAMETER:=VALUE ...] [NAME:=OTHER_NAME ...]
 
 %s
-
-Parameters, topics, services: README.md of the package (rospack find PACKAGE).
 """
 # Set where the node is shut down because the master does not know it any more.
 _forgotten = threading.Event()
 
 
-def init_node(name: str, argv: Optional[Sequence[str]] = None, about: Optional[str] = None) -> None:
+def init_node(
+    name: str,
+    argv: Optional[Sequence[str]] = None,
+    about: Optional[str] = None,
+    package: str = "",
+) -> None:
     """rospy.init_node, but without a roscore it says in one line that it waits, and for which one.
 
     rospy itself says so only in its log, which is not there before the node is; and with parameters
@@ -40,6 +44,8 @@ def init_node(name: str, argv: Optional[Sequence[str]] = None, about: Optional[s
     Args:
         name, argv: as of rospy.init_node.
         about: what the node does, which -h or --help prints instead of starting it.
+        package: one of ours, whose README.md has its parameters, topics and services; --help then
+            says where.
 
     Raises:
         SystemExit: after that (code 0), a signal before the node is there (code 128 + its number,
@@ -50,6 +56,9 @@ def init_node(name: str, argv: Optional[Sequence[str]] = None, about: Optional[s
         sys.stdout.reconfigure(line_buffering=True)  # where rospy writes what is no warning
     if about and {"-h", "--help"}.intersection(sys.argv[1:] if argv is None else argv):
         sys.stdout.write(_HELP % (name, about.strip()))
+        if package:
+            page = "nodes.html#" + name.replace("_", "-")
+            sys.stdout.write("\n" + read_more(package, page))
         raise SystemExit(0)
     received: List[int] = []
     _handle_signals(lambda number, _frame: received.append(number))

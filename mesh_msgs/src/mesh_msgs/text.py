@@ -10,6 +10,22 @@ def one_line(text: object) -> str:
     return whole.strip()
 
 
+def read_more(package: str, page: str) -> str:
+    """What the help of a node or a command ends with: where more of it is told.
+
+    Args:
+        package: whose README.md tells more; it lies beside package.xml, in the source tree as where
+            it is installed.
+        page: of the reference on the site, with its anchor.
+    """
+    return (
+        "More:\n"
+        "  $(rospack find %s)/README.md\n"
+        "  build/docs/html/reference/%s, which ./run docs makes in the source tree\n"
+        % (package, page)
+    )
+
+
 def _seen(character):
     if character.isprintable():
         return character

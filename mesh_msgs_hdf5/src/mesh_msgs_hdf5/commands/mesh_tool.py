@@ -13,7 +13,7 @@ import traceback
 from functools import partial
 from typing import Callable, Dict, Iterable, List, NoReturn, Optional, Set, Tuple
 
-from mesh_msgs.text import one_line
+from mesh_msgs.text import one_line, read_more
 from mesh_msgs_hdf5.commands import ELSEWHERE, VERBS, command, completion
 from mesh_msgs_hdf5.files.saved_files import SavedFiles
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -31,11 +31,16 @@ _CODES = "exit codes: 0 done, 1 it could not be done, 2 wrong usage"
 
 class _Parser(argparse.ArgumentParser):
     """Behind the first --, all is a name, also a --: Python's own takes more of them away. What
-    looks like negative coordinates is a value: Python's own knows single negative numbers alone."""
+    looks like negative coordinates is a value: Python's own knows single negative numbers alone.
+    The help of mesh_tool itself ends with where more is told."""
 
     def __init__(self, *arguments, **keywords):
         super().__init__(*arguments, **keywords)
         self._negative_number_matcher = _NEGATIVE  # whoever matches is no option
+
+    def format_help(self):
+        more = read_more("mesh_msgs_hdf5", "packages/mesh_msgs_hdf5.html#command-mesh-tool")
+        return super().format_help() + ("\n" + more if self.prog == PROGRAM else "")
 
     def parse_known_args(self, args=None, namespace=None):
         words = list(sys.argv[1:] if args is None else args)

@@ -17,7 +17,7 @@ def run_node(name: str, running: Callable[[], ContextManager[Any]], about: Optio
     no threads elsewhere at exit. about: what the node does, for --help.
     """
     try:
-        init_node(name, about=about)
+        init_node(name, about=about, package="mesh_msgs_hdf5")
         with ExitStack() as stack:
             with until_shutdown():
                 stack.enter_context(running())

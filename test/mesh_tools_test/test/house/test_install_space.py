@@ -1,6 +1,7 @@
 """All that a package brings is installed, and works without the source tree; rays go to the OpenCL
 device."""
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -139,6 +140,42 @@ def test_programs_are_executable(prefix):
     assert len(programs) > 10
     for name, program in programs:
         assert os.access(str(prefix / "lib" / name / program), os.X_OK), (name, program)
+
+
+PROGRAMS = [
+    "mesh_map/mesh_map",
+    "mesh_msgs_hdf5/hdf5_map_server",
+    "mesh_msgs_hdf5/label_manager",
+    "mesh_msgs_hdf5/mesh_tool",
+    "mesh_navigation/go_to",
+    "mesh_navigation/goal_bridge",
+    "mesh_navigation/mbf_mesh_nav",
+    "mesh_navigation/mesh_rviz",
+    "mesh_navigation/plan",
+    "mesh_navigation/surface_robot",
+]
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_help_leads_to_a_file_that_is_installed(prefix, program):
+    environment = installed_environment(prefix / "lib/python3/dist-packages")
+    environment["ROS_PACKAGE_PATH"] = str(prefix / "share")
+    told = subprocess.run(
+        [str(prefix / "lib" / program), "--help"],
+        env=environment,
+        stdout=subprocess.PIPE,
+        universal_newlines=True,
+        check=True,
+        timeout=60,
+    ).stdout
+    (package, file) = re.search(r"^  \$\(rospack find (\w+)\)/(\S+)$", told, re.MULTILINE).groups()
+    assert package == program.split("/")[0]
+    assert (prefix / "share" / package / file).is_file() and (folder_of(package) / file).is_file()
+
+
+def folder_of(package):
+    """In the source tree, as rospack finds it there."""
+    return next(ROOT / folder for folder in package_folders() if folder.name == package)
 
 
 def test_commands_and_plugins_work_from_the_install_space(prefix, tmp_path):

@@ -7,18 +7,27 @@ from typing import Any
 
 from mesh_msgs_hdf5.commands.completion import bash_script
 
-from mesh_msgs.text import one_line
+from mesh_msgs.text import one_line, read_more
 
 TROUBLE = 2  # exit code: wrong usage, or what is needed is not there
 
 
 class CommandParser(argparse.ArgumentParser):
-    """A parser that complains in one line, and has ``--completion``."""
+    """A parser that complains in one line, has ``--completion``, and says where more is told."""
 
-    def __init__(self, **arguments: Any) -> None:
+    def __init__(self, section: str, **arguments: Any) -> None:
+        """
+        Args:
+            section: of the package's README.md that tells of the command, as its anchor on the site.
+            arguments: of argparse.
+        """
         super().__init__(allow_abbrev=False, **arguments)
+        self._section = section
         text = "print what makes bash complete these arguments, for .bashrc"
         self.add_argument("--completion", nargs=0, action=_Completion, help=text)
+
+    def format_help(self) -> str:
+        return f"{super().format_help()}\n{told_more(self._section)}"
 
     def error(self, message: str) -> None:
         complain(self.prog, f"{message} ({self.prog} --help)")
@@ -29,6 +38,11 @@ class _Completion(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_arguments: Any) -> None:
         sys.stdout.write(bash_script(parser.prog, "mesh_navigation", alone=False))
         sys.exit(0)
+
+
+def told_more(section: str) -> str:
+    """Where a section of the package's README.md is found, see `read_more`."""
+    return read_more("mesh_navigation", f"packages/mesh_navigation.html#{section}")
 
 
 def complete(parser: argparse.ArgumentParser) -> None:

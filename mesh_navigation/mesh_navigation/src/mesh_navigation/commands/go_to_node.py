@@ -131,6 +131,7 @@ class _Parser(CommandParser):
 def make_parser() -> argparse.ArgumentParser:
     """The parser of the arguments."""
     parser = _Parser(
+        "clients",
         prog=PROGRAM,
         usage="%(prog)s X Y Z [YAW] [options]",
         description="Let the robot go to a place on the map, and wait until it is there. "

@@ -129,7 +129,7 @@ def _text(goal: PoseStamped) -> str:
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the node until it is shut down."""
-    init_node("goal_bridge", argv=arguments, about=__doc__)
+    init_node("goal_bridge", argv=arguments, about=__doc__, package="mesh_navigation")
     with until_shutdown():
         GoalBridge()
     spin()

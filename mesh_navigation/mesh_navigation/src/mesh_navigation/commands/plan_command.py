@@ -226,6 +226,7 @@ def _name(outcome: int) -> str:
 def make_parser() -> argparse.ArgumentParser:
     """The parser of the arguments."""
     parser = CommandParser(
+        "the-command-plan",
         prog=PROGRAM,
         usage="%(prog)s FILE --start X Y [Z] --goal X Y [Z] [--planner NAME] [options]",
         description="Plan a path over a mesh map and say how long it is. Needs no roscore.",

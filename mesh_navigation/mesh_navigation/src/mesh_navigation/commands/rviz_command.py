@@ -8,6 +8,8 @@ from typing import List, Mapping, Optional, Sequence
 
 import rospkg
 
+from mesh_navigation.commands.command_line import told_more
+
 PLUGIN = "rviz_mesh_plugin"
 CONFIGURATION = "rviz/mesh_navigation.rviz"
 SERVER = "move_base_flex"
@@ -66,7 +68,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Becomes RViz; where that cannot be, says why and returns 0: what else runs goes on."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if {"-h", "--help"}.intersection(arguments):
-        print(_HELP)
+        print(f"{_HELP}\n{told_more('rviz')}", end="")
         return 0
     why_not = missing(os.environ)
     if why_not:

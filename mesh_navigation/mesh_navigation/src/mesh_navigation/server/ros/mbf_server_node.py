@@ -181,7 +181,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the node until it is shut down."""
     sys.setswitchinterval(SWITCH_INTERVAL)
     give_back_large_arrays()
-    init_node("mbf_mesh_nav", argv=arguments, about=__doc__)
+    init_node("mbf_mesh_nav", argv=arguments, about=__doc__, package="mesh_navigation")
     watch_end()
     with until_shutdown():
         _check_map_file()

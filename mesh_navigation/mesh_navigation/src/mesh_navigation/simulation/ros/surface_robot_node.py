@@ -296,7 +296,7 @@ def _parameters() -> Mapping[str, Any]:
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the node until it is shut down; returns the exit code."""
-    init_node("surface_robot", argv=arguments, about=__doc__)
+    init_node("surface_robot", argv=arguments, about=__doc__, package="mesh_navigation")
     try:
         with until_shutdown():
             SurfaceRobotNode().run()
