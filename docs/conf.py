@@ -2,6 +2,7 @@
 import os
 
 from mesh_tools_test.reference import docstrings
+from mesh_tools_test.site import mathml
 
 project = "Mesh Tools"
 author = "Mesh Tools developers"
@@ -12,8 +13,8 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
-    "sphinxcontrib.mermaid",
+    "sphinx.ext.graphviz",
+    "mesh_tools_test.site.mathml",
     "sphinx_copybutton",
     "breathe",
 ]
@@ -32,6 +33,8 @@ breathe_domain_by_extension = {"h": "cpp"}
 
 html_theme = "furo"
 html_title = "Mesh Tools"
+html_math_renderer = mathml.RENDERER
+graphviz_output_format = "svg"
 copybutton_prompt_text = "$ "
 
 

@@ -12,10 +12,10 @@ from PIL import Image
 from mesh_tools_test.reference.package_pages import PackagePages
 from mesh_tools_test.reference.reference import write_reference
 from mesh_tools_test.reference.repository import ROOT, packages
+from mesh_tools_test.site.diagrams import drawn
 from mesh_tools_test.tutorials.tutorial import Tutorial, read_tutorial
 
 DOCS = ROOT / "docs"
-DIAGRAM = ("```mermaid", "```{mermaid}")  # as readers of the tree have it, and as Sphinx does
 
 
 class SiteError(Exception):
@@ -46,7 +46,7 @@ def assemble(source: Path, pictures: Path) -> Set[str]:
     for path in [DOCS / "architecture.md", *(DOCS / "troubleshooting").glob("*.md")]:
         page = source / path.relative_to(DOCS)
         links.write_page(path, page)
-        page.write_text(page.read_text(encoding="utf-8").replace(*DIAGRAM), encoding="utf-8")
+        page.write_text(drawn(page.read_text(encoding="utf-8")), encoding="utf-8")
     write_reference(source / "reference")
     return place_pictures(source / "tutorials" / "pictures", pictures)
 

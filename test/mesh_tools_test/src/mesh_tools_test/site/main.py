@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 from mesh_tools_test.site.assembly import SiteError, assemble, build, tutorials
+from mesh_tools_test.site.diagrams import DiagramError
 from mesh_tools_test.tutorials.tutorial import TutorialError
 from mesh_tools_test.tutorials.tutorial_run import run_tutorial
 
@@ -36,7 +37,7 @@ def main():
             take_pictures(pictures, options.again)
         assemble(options.output / "source", pictures)
         build(options.output / "source", html)
-    except (SiteError, TutorialError) as error:
+    except (DiagramError, SiteError, TutorialError) as error:
         print("docs: error: %s" % error, file=sys.stderr)
         return 1
     print("%s/index.html" % html)
