@@ -18,7 +18,7 @@ class CommandParser(argparse.ArgumentParser):
     def __init__(self, section: str, **arguments: Any) -> None:
         """
         Args:
-            section: of the package's README.md that tells of the command, as its anchor on the site.
+            section: of the package's README.md that tells of the command: its anchor on the site.
             arguments: of argparse.
         """
         super().__init__(allow_abbrev=False, **arguments)

@@ -32,7 +32,7 @@ from mesh_tools_test.tutorials.parameter_worlds import (
 
 EDGE = 0.04  # m, of tracks
 _BELOW, _ABOVE = 0.25, 0.35  # m around what is seen of a track
-_HALL, _HALL_EDGE = (5.0, 5.0), 0.1  # m
+_HALL, _HALL_EDGE = (5.0, 6.0), 0.1  # m
 _WALLS: List[Rectangle] = [(0.0, 2.4, 2.0, 2.6), (3.6, 2.4, 5.0, 2.6), (1.4, 0.9, 1.6, 1.1)]
 _INFLATION: Dict[str, Any] = {
     "inscribed_radius": 0.4,
@@ -194,7 +194,7 @@ def _fading(path: Path, hall: Room) -> None:
     titles = ["cosine", "exponential, 1 / m", "exponential, 5 / m"]
     panels = _hall_panels(hall, titles, each)
     for axes, params, color in zip(panels.axes, each, (BLACK, BLUE, ORANGE)):
-        inset = axes.inset_axes([0.41, 0.6, 0.56, 0.31])
+        inset = axes.inset_axes([0.41, 0.7, 0.56, 0.24])
         distance, costs = _costs_from_wall(hall, params)
         inset.plot(distance, costs, color=color, linewidth=2)
         inset.set_xlim(0, 1.6)

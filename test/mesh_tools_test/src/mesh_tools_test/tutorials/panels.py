@@ -55,7 +55,7 @@ class Panels:
             bottom = self._height - top - (down + 1) * height - down * _GAP
             axes = self.figure.add_axes(self._place(left, bottom, width, height))
             axes.tick_params(labelsize=8)
-            axes.yaxis.set_major_locator(MaxNLocator(3 if stacked else 6))
+            axes.yaxis.set_major_locator(MaxNLocator(3 if stacked else 6, steps=[1, 2, 5, 10]))
             if stacked:
                 axes.text(0.006, 0.9, title, transform=axes.transAxes, weight="bold", va="top")
             else:

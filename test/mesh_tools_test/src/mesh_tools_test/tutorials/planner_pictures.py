@@ -56,7 +56,7 @@ def all_pictures(folder: Path) -> None:
             layer("inflation", "Inflation", inputs=["collision"], **inflation),
         ]
     )
-    _on_field(folder / "cost_factor.png", field, "cost_factor", (0.0, 0.3, 3.0), {})
+    _on_field(folder / "cost_factor.png", field, "cost_factor", (0.0, 0.6, 3.0), {})
     _on_field(folder / "cost_limit.png", field, "cost_limit", (0.2, 0.4, 1.0), {"cost_factor": 0.0})
     _radius(folder / "robot_radius.png")
     _edges(folder / "edges_and_radius.png")
