@@ -9,7 +9,7 @@ _PERCENT = re.compile(
     r"%(?:\(\w+\))?[-+#0]*(?:\*|\d+)?(?:\.(?:\*|\d+))?(?:hh|ll|[hlzjtL])?[a-zA-Z%]"
 )
 _MARKUP = re.compile(
-    r"</|HTTP/|\(\) \{|^\{\w+\}|^(usage|example):|^<"
+    r"</|HTTP/|\(\) \{|^\{\w+\}|^(usage|example|More):|^<"
 )  # XML, headers, scripts, rows of tables, help
 _BRACES = re.compile(r"\{\{|\}\}|\{[^{}]*\}")
 
