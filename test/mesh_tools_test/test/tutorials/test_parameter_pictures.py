@@ -56,7 +56,7 @@ def test_steepness_closes_slopes_above_its_threshold(threshold, slopes):
     assert [each for each in found if each in SLOPES] == slopes
 
 
-def test_steps_between_far_vertices_are_not_seen():
+def test_steps_between_far_vertices_are_not_lethal():
     closed = []
     for max_edge_length in (0.0, 0.2, 0.1):
         ground = coarse_steps(max_edge_length)
