@@ -13,6 +13,7 @@ from mesh_msgs import zoo
 from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Label, Materials, Mesh
+from mesh_msgs_hdf5.processes.zygote import ZYGOTE
 from mesh_msgs_hdf5.validation.findings import RULES
 
 REAL = ["botanical_garden_gazebo.ply", "tray.ply"]
@@ -159,6 +160,16 @@ def test_diff_has_the_exit_codes_of_diff(grid, tmp_path, capsys):
     ply = tmp_path / "grid.ply"
     assert run(capsys, "export", grid, ply)[0] == 0
     assert run(capsys, "diff", ply, grid, "--ignore", "source")[:2] == (0, "")
+
+
+@pytest.mark.parametrize("verb", ["diff", "layers", "info"])
+def test_a_file_is_read_in_one_process_however_much_is_read(rich_mesh, tmp_path, monkeypatch, verb):
+    path = str(tmp_path / "a.h5")
+    MapFile.write(path, rich_mesh)
+    started, child = [], ZYGOTE.child
+    monkeypatch.setattr(ZYGOTE, "child", lambda limit: started.append(limit) or child(limit))
+    assert main([verb, path, path] if verb == "diff" else [verb, path]) == 0
+    assert len(started) == 1 + (verb != "layers")  # of the other file; of the scans
 
 
 def test_validate_has_findings_and_exit_codes(grid, tmp_path, capsys):

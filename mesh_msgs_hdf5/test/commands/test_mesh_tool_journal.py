@@ -257,6 +257,8 @@ def test_a_journal_of_another_mesh_is_said_and_left(full_mesh, tmp_path, capsys)
         code, out, _ = run(capsys, *arguments)
         assert code == 0 and "label edits of another mesh" in out
     assert os.path.exists(journal_path(path))
+    said = json.loads(run(capsys, "diff", path, path, "--json")[1])
+    assert len([note for note in said["notes"] if "label edits of another mesh" in note]) == 2
 
 
 def test_a_map_that_is_opened_sees_what_its_owner_does(path):

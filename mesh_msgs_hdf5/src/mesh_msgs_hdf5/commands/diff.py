@@ -1,5 +1,6 @@
 """mesh_tool diff: what differs between two meshes."""
 import argparse
+import contextlib
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.commands._common import add_output_options, say
@@ -42,35 +43,34 @@ _tolerance.__name__ = "tolerance"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    with ProgressLine(arguments.quiet) as progress:
+    with contextlib.ExitStack() as opened:  # each file is read in one process
+        progress = opened.enter_context(ProgressLine(arguments.quiet))
         progress.stage("reading " + arguments.one)
-        one = open_map(arguments.one, arguments.part)
+        one = opened.enter_context(open_map(arguments.one, arguments.part).members)
         progress.stage("reading " + arguments.other)
         other_part = arguments.other_part or arguments.part
-        other = open_map(arguments.other, other_part)
+        other = opened.enter_context(open_map(arguments.other, other_part).members)
         found = compare(
-            one.members,
-            other.members,
+            one,
+            other,
             arguments.tolerance,
             arguments.ignore,
             lambda member: progress.stage("comparing " + member),
         )
-        notes = []
+        label_notes = []
         if "labels" not in arguments.ignore:
-            notes = one.members.label_notes + other.members.label_notes
-            for note in () if arguments.quiet or arguments.json else notes:
+            label_notes = one.label_notes + other.label_notes
+            for note in () if arguments.quiet or arguments.json else label_notes:
                 progress.write("  note: " + one_line(note))
+        notes = ["A: " + note for note in one.notes] + ["B: " + note for note in other.notes]
     value = {
         "one": arguments.one,
         "other": arguments.other,
         "tolerance": arguments.tolerance,
         "same": not found,
-        "notes": notes,
+        "notes": label_notes + notes,
         "differences": [difference._asdict() for difference in found],
     }
-    notes = ["A: " + note for note in one.members.notes]
-    notes += ["B: " + note for note in other.members.notes]
-    value["notes"] = notes
     lines = ["  note: " + note for note in notes]
     say(arguments, value, lines + [difference.line() for difference in found])
     return 1 if found else 0

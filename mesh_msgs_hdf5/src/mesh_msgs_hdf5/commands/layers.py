@@ -72,12 +72,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _list(arguments):
-    file = open_members(arguments.file, arguments.part).members
     summary = _SUMMARIES[arguments.place]
     notes: List[str] = []
-    names = names_of(file, arguments.place)
-    entries = readable(names, lambda name: summary(file, name), notes)
-    notes += file.notes
+    with open_members(arguments.file, arguments.part).members as file:
+        names = names_of(file, arguments.place)
+        entries = readable(names, lambda name: summary(file, name), notes)
+        notes += file.notes
     key = arguments.place + "_attributes" if arguments.place else "layers"
     lines = [values_text(entry) for entry in entries]
     none = ["%s: no %ss" % (arguments.file, what(arguments.place))]
