@@ -56,9 +56,9 @@ def said(capsys, line):
 
 
 @pytest.mark.parametrize("kind", BAD)
-def test_every_verb(tmp_path, rich_mesh, capsys, kind):
+def test_every_verb(tmp_path, rich_data, capsys, kind):
     path = tmp_path / "a.h5"
-    write_bad(path, rich_mesh, kind)
+    write_bad(path, rich_data, kind)
     before = path.read_bytes()
     chosen = [*some_of(list(VERBS), kind, 5), "repair"]
     for name in dict.fromkeys(chosen):
@@ -79,10 +79,10 @@ def test_every_verb(tmp_path, rich_mesh, capsys, kind):
 
 
 @pytest.mark.parametrize("kind", BAD)
-def test_verbs_that_change_the_map(tmp_path, rich_mesh, capsys, kind):
+def test_verbs_that_change_the_map(tmp_path, rich_data, capsys, kind):
     path = tmp_path / "a.h5"
     for line in dict.fromkeys([*some_of(CHANGING, kind, 2), "repair {f}"]):
-        write_bad(path, rich_mesh, kind)
+        write_bad(path, rich_data, kind)
         code, answer = said(capsys, line.format(f=path))
         assert (line, code) == (line, 0), answer
         file = MapFile(path)
@@ -102,9 +102,9 @@ def test_repairing_a_sound_map_does_not_touch_it(tmp_path, rich_mesh, capsys):
     assert (path.stat().st_ino, path.stat().st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
 
 
-def test_a_label_that_cannot_be_read_can_only_be_deleted(tmp_path, rich_mesh, capsys):
+def test_a_label_that_cannot_be_read_can_only_be_deleted(tmp_path, rich_data, capsys):
     path = tmp_path / "a.h5"
-    write_bad(path, rich_mesh, "label type")
+    write_bad(path, rich_data, "label type")
     for line in ("labels rename {f} tree_2 tree_9", "labels color {f} #000000 tree_2"):
         assert main(line.format(f=path).split()) == 1
         assert "label 'tree_2' cannot be read" in capsys.readouterr().err

@@ -13,10 +13,10 @@ from mesh_msgs_hdf5.server.server_options import MapRequest
 
 
 @pytest.fixture(params=BAD)
-def served(request, tmp_path, rich_mesh):
+def served(request, tmp_path, rich_data):
     """(a served map in which one thing is bad, what)."""
     path = tmp_path / "a.h5"
-    write_bad(path, rich_mesh, request.param)
+    write_bad(path, rich_data, request.param)
     (found,), _ = load(MapRequest(str(path)), genpy.Time(1), {"node": "/here"}, False)
     yield found, request.param
     found.labels.close()
@@ -65,8 +65,8 @@ def test_labels_are_edited(served):
 
 
 @pytest.mark.parametrize("kind", [kind for kind in BAD if kind.startswith("label")])
-def test_the_label_manager_says_it_once(tmp_path, rich_mesh, kind):
-    write_bad(tmp_path / "a.h5", rich_mesh, kind)
+def test_the_label_manager_says_it_once(tmp_path, rich_data, kind):
+    write_bad(tmp_path / "a.h5", rich_data, kind)
     maps = LabelMaps(tmp_path / "labels")
     maps.add(tmp_path / "a.h5").all()
     assert noted(maps.taken_notes(), kind) == 1
@@ -74,8 +74,8 @@ def test_the_label_manager_says_it_once(tmp_path, rich_mesh, kind):
     maps.close()
 
 
-def test_a_label_that_cannot_be_read_is_replaced_or_refused(tmp_path, rich_mesh):
-    write_bad(tmp_path / "a.h5", rich_mesh, "label type")
+def test_a_label_that_cannot_be_read_is_replaced_or_refused(tmp_path, rich_data):
+    write_bad(tmp_path / "a.h5", rich_data, "label type")
     maps = LabelMaps(tmp_path / "labels")
     store = maps.add(tmp_path / "a.h5")
     with pytest.raises(MapFileError, match="tree_2 is of type"):

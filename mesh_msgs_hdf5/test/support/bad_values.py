@@ -1,11 +1,10 @@
 """Map files in which one thing is bad, made with plain h5py; see BAD."""
 import re
+from pathlib import Path
 from typing import Callable, Dict, Iterable, NamedTuple
 
 import h5py
 import numpy as np
-
-from mesh_msgs_hdf5.map_file import MapFile
 
 
 class Bad(NamedTuple):
@@ -183,8 +182,8 @@ def noted(notes: Iterable[str], kind: str) -> int:
     return len([note for note in notes if re.search(BAD[kind].words, note)])
 
 
-def write_bad(path, mesh, kind: str) -> None:
-    """A map file of the mesh (of the fixture rich_mesh) in which this is bad."""
-    MapFile.write(path, mesh)
+def write_bad(path: Path, data: bytes, kind: str) -> None:
+    """A map file like the one with this data (of the fixture rich_data) in which this is bad."""
+    path.write_bytes(data)
     with h5py.File(path, "r+") as file:
         BAD[kind].damage(file["mesh"])
