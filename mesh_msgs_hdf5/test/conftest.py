@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from mesh_msgs.testing import expect_a_busy_machine
+from mesh_msgs_hdf5.isolation import isolated_map_file
+from mesh_msgs_hdf5.isolation.zygote_child import answer
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
@@ -90,6 +92,25 @@ def full_mesh():
 def rich_mesh():
     """A mesh of everything that the test may change."""
     return make_rich_mesh()
+
+
+class ReaderHere:
+    """Answers calls as the processes of IsolatedMapFile and isolated() do, in this one."""
+
+    def __init__(self, memory_limit, timeout, library="libhdf5"):
+        pass
+
+    def close(self):
+        pass
+
+    def call(self, path, function, arguments, keywords):
+        return answer("", *function, list(arguments), keywords)
+
+
+@pytest.fixture
+def read_here(monkeypatch):
+    """Map files are read in this process, for tests that do not care which one reads them."""
+    monkeypatch.setattr(isolated_map_file, "_Reader", ReaderHere)
 
 
 @pytest.fixture(scope="session")

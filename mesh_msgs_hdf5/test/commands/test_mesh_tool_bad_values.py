@@ -9,6 +9,7 @@ from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.validation.validate import validate
 
+pytestmark = pytest.mark.usefixtures("read_here")
 # what a verb does not look at; what has no place in its answer
 UNREAD = {
     "info": {"normal", "no normals", "alpha", "link"},

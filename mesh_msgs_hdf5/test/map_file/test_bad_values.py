@@ -82,6 +82,7 @@ def test_each_member_is_read(bad, kind_of_file):
                 getattr(file, name)(key)
 
 
+@pytest.mark.usefixtures("read_here")
 def test_validate_says_what_it_said(bad):
     path, _, kind = bad
     errors = [f for f in validate(str(path)) if f.level == "error"]
@@ -128,6 +129,7 @@ def test_a_face_whose_material_is_not_there_is_white(tmp_path, rich_mesh, layout
     assert found.face_materials.tolist() == of_faces.tolist()
 
 
+@pytest.mark.usefixtures("read_here")
 def test_one_error_has_no_false_consequences(tmp_path, rich_data):
     """Textures have no material, and no coordinates, only where that is so."""
     (tmp_path / "whole.h5").write_bytes(rich_data)
@@ -237,6 +239,7 @@ ROWS = {
 }
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("what", ROWS)
 def test_what_has_the_rows_of_another_mesh(tmp_path, rich_mesh, what, capsys):
     """It is named by all who look at it, and left out of what is written anew."""

@@ -11,6 +11,8 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.server.map_loading import load, source_now
 from mesh_msgs_hdf5.server.server_options import MapRequest
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 
 @pytest.fixture(params=BAD)
 def served(request, tmp_path, rich_data):
