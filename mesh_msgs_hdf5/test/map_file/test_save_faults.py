@@ -42,7 +42,7 @@ WRITE_BYTES = save.WRITE_BYTES
 def budget(request, monkeypatch):
     monkeypatch.setattr(map_saving, "MEMORY_BUDGET", request.param)
     monkeypatch.setattr(map_saving, "_SLACK_BYTES", 1 << 16)
-    monkeypatch.setattr(save, "WRITE_BYTES", 5000)
+    monkeypatch.setattr(save, "WRITE_BYTES", 1000)
     return request.param
 
 
@@ -50,6 +50,22 @@ def budget(request, monkeypatch):
 def rich_map(tmp_path, strange_data):
     path = tmp_path / "a.h5"
     path.write_bytes(strange_data)
+    return path
+
+
+@pytest.fixture
+def small_map(tmp_path, full_data):
+    """For what saves many times; what all is carried over, test_update.py knows."""
+    path = tmp_path / "a.h5"
+    path.write_bytes(full_data)
+    return path
+
+
+@pytest.fixture
+def plain_map(tmp_path, rich_data):
+    """With labels, and without strange things."""
+    path = tmp_path / "a.h5"
+    path.write_bytes(rich_data)
     return path
 
 
@@ -106,12 +122,12 @@ def rehearse(path, monkeypatch):
 
 
 @pytest.mark.parametrize("error", [errno.EIO, errno.ENOSPC])
-def test_whichever_call_fails(rich_map, monkeypatch, budget, error):
-    calls = rehearse(rich_map, monkeypatch)
+def test_whichever_call_fails(small_map, monkeypatch, budget, error):
+    calls = rehearse(small_map, monkeypatch)
     wanted = ["posix_fallocate", "write"] if budget == ON_DISK else ["memfd_create", "write"]
     assert set(wanted) <= set(calls) and len(calls) > 12
     assert budget == ON_DISK or calls.count("write") >= 8
-    old = rich_map.read_bytes()
+    old = small_map.read_bytes()
     new, contents = None, Known()
 
     def fail():
@@ -119,8 +135,8 @@ def test_whichever_call_fails(rich_map, monkeypatch, budget, error):
 
     kinds = set()
     for k in range(len(calls)):
-        rich_map.write_bytes(old)
-        file = MapFile(rich_map)
+        small_map.write_bytes(old)
+        file = MapFile(small_map)
         message = ""
         with monkeypatch.context() as patch:
             steps = Steps(patch, k, fail)
@@ -130,44 +146,44 @@ def test_whichever_call_fails(rich_map, monkeypatch, budget, error):
                 message = str(refused)
                 assert refused.code == "save" and os.strerror(error) in message, calls[k]
         kinds.add((steps.calls[k], bool(message)))
-        assert os.listdir(rich_map.parent) == ["a.h5"], calls[k]
+        assert os.listdir(small_map.parent) == ["a.h5"], calls[k]
         if "replace" in steps.done:
             assert not message or "is saved, but" in message
-            new = new or contents(rich_map)
-            assert contents(rich_map) == new
+            new = new or contents(small_map)
+            assert contents(small_map) == new
         else:
-            assert "nothing was changed" in message and rich_map.read_bytes() == old, calls[k]
+            assert "nothing was changed" in message and small_map.read_bytes() == old, calls[k]
     # only to let go of a folder may fail without a word
     assert {kind for kind, told in kinds if not told} == {"close"} and new
     assert {kind for kind, told in kinds if told} == set(calls)
 
 
 @pytest.mark.parametrize("after", [False, True])
-def test_a_kill_at_every_step(rich_map, monkeypatch, budget, after):
+def test_a_kill_at_every_step(small_map, monkeypatch, budget, after):
     """SIGKILL before or after the k-th call, in a child; then a save that finds what it left."""
-    calls = rehearse(rich_map, monkeypatch)
-    old, skip = rich_map.read_bytes(), ["/mesh/channels/new"]
+    calls = rehearse(small_map, monkeypatch)
+    old, skip = small_map.read_bytes(), ["/mesh/channels/new"]
     contents = Known()
-    whole = contents(rich_map)
-    file = MapFile(rich_map)
+    whole = contents(small_map)
+    file = MapFile(small_map)
     outcomes = []
     for k in range(len(calls)):
-        rich_map.write_bytes(old)
+        small_map.write_bytes(old)
         child = os.fork()
         if not child:
             Steps(pytest.MonkeyPatch(), k, lambda: os.kill(os.getpid(), signal.SIGKILL), after)
             with contextlib.suppress(BaseException):
-                MapFile(rich_map).update(EDIT)
+                MapFile(small_map).update(EDIT)
             os._exit(0)
         status = os.waitpid(child, 0)[1]
         assert os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL
-        found = contents(rich_map)
+        found = contents(small_map)
         outcomes.append("old" if found == whole else "new")
         if found != whole:
             assert without(found, skip) == without(whole, skip)
             assert file.vertex_costs("new").tolist() == EDIT.vertex_costs["new"].tolist()
         file.update(Edit(frame_id="later"))
-        assert os.listdir(rich_map.parent) == ["a.h5"], calls[k]
+        assert os.listdir(small_map.parent) == ["a.h5"], calls[k]
     assert outcomes == sorted(outcomes, reverse=True) and set(outcomes) == {"old", "new"}
 
 
@@ -299,16 +315,14 @@ def test_a_lock_file_of_another_program_does_not_matter(rich_map, budget):
     assert sorted(os.listdir(rich_map.parent)) == ["a.h5", "a.h5.lock"]
 
 
-def test_readers_during_a_save_see_the_old_or_the_new_mesh(tmp_path, rich_data, budget):
+def test_readers_during_a_save_see_the_old_or_the_new_mesh(small_map, budget):
     """Whole, always; four of them, while one writer saves again and again."""
-    path = tmp_path / "a.h5"
-    path.write_bytes(rich_data)
     stop, failures, seen = threading.Event(), [], set()
 
     def read():
         while not stop.is_set():
             try:
-                mesh = MapFile(path).read()
+                mesh = MapFile(small_map).read()
                 costs = mesh.vertex_costs.get("count", np.zeros(40, "f4"))
                 parameters = mesh.layer_parameters.get("count", {"i": 0})
                 assert (costs == costs[0]).all() and parameters["i"] == costs[0]
@@ -322,7 +336,7 @@ def test_readers_during_a_save_see_the_old_or_the_new_mesh(tmp_path, rich_data, 
     for reader in readers:
         reader.start()
     try:
-        file = MapFile(path)
+        file = MapFile(small_map)
         for i in range(1, 16):
             file.write_layers({"count": (np.full(40, i, "f4"), {"i": i})})
     finally:
@@ -345,15 +359,15 @@ def write_labels(path, name):
                 raise
 
 
-def test_several_writers_lose_nothing(rich_map, rich_mesh, budget, monkeypatch):
+def test_several_writers_lose_nothing(plain_map, rich_mesh, budget, monkeypatch):
     """Each save goes through, or is refused as one that would undo the other's."""
     monkeypatch.setattr(save, "WRITE_BYTES", WRITE_BYTES)
     names = "abc"
-    found = outcomes(functools.partial(write_labels, rich_map), names, at_once=len(names))
+    found = outcomes(functools.partial(write_labels, plain_map), names, at_once=len(names))
     assert sorted(value for value, outcome in found if outcome[0] is None) == list(names)
-    names = set(MapFile(rich_map).label_names())
+    names = set(MapFile(plain_map).label_names())
     assert {"%s_%d" % (name, i) for name in "abc" for i in range(8)} <= names
-    assert set(rich_mesh.labels) <= names and os.listdir(rich_map.parent) == ["a.h5"]
+    assert set(rich_mesh.labels) <= names and os.listdir(plain_map.parent) == ["a.h5"]
 
 
 MEMORY = """
