@@ -19,6 +19,12 @@ import house_rules  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 
+# Runs a linter in Python that looks for garbage seldom: it is a quarter of what syntax trees cost.
+HASTY = (
+    "import gc, runpy, sys; gc.set_threshold(1000000); "
+    "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)"
+)
+
 
 def repository_files():
     """All files of the repository that git does not ignore, relative to its top."""
@@ -50,8 +56,9 @@ def command(tool, arguments, correction):
     """Run a linter; its output plus the correction, or '' if it is content."""
     if shutil.which(tool) is None:
         return "%s is not installed: ./run setup" % tool
+    start = [sys.executable, "-c", HASTY, tool] if tool in ("black", "flake8") else [tool]
     result = subprocess.run(
-        [tool] + arguments, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
+        start + arguments, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
     )
     return "" if result.returncode == 0 else result.stdout.decode() + "\n" + correction
 
