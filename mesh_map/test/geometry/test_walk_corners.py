@@ -27,7 +27,7 @@ def broken_terrain(size=16, noise=0.03):
     return TestMesh("broken_terrain", vertices.astype(np.float32), mesh.faces[kept])
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=None)
 def mesh_of(name):
     if name == "broken_terrain":
         return broken_terrain()
@@ -35,10 +35,12 @@ def mesh_of(name):
     return found[0] if found else data_mesh(name)
 
 
+@lru_cache(maxsize=None)
 def topology_of(mesh):
     return Topology(faces=mesh.faces, vertex_count=len(mesh.vertices))
 
 
+@lru_cache(maxsize=None)
 def walker_of(mesh):
     return SurfaceWalker(vertices=mesh.vertices, faces=mesh.faces, topology=topology_of(mesh))
 
@@ -48,19 +50,23 @@ def at_corner(mesh, face, vertex):
     return SurfacePoint(int(face), mesh.vertices[vertex].astype(np.float64), weights, 0.0)
 
 
+@lru_cache(maxsize=None)
 def corners(mesh, count=100):
-    """(vertex, a face there with an area), mostly those of borders and where faces meet oddly."""
+    """[(vertex, a face there with an area, what is around)], mostly those of borders and where
+    faces meet oddly."""
     topology = topology_of(mesh)
     odd = topology.non_manifold_vertices.copy()
     odd[topology.edges[topology.border_edges]] = True
     used = np.random.default_rng(0).permutation(np.unique(mesh.faces))
     chosen = np.concatenate([used[odd[used]][:count], used[~odd[used]][: count // 5]])
+    found = []
     for vertex in chosen.tolist():
         for face in faces_at(mesh)[vertex].tolist():
             if len(set(mesh.faces[face].tolist())) == 3:
                 around = Around(mesh, vertex, face)
                 if around.has_area[0]:
-                    yield vertex, face, around
+                    found.append((vertex, face, around))
+    return found
 
 
 def measures(mesh, faces):
@@ -77,6 +83,7 @@ def faces_beside(mesh, edge):
     return set(faces_at(mesh)[a].tolist()) & set(faces_at(mesh)[b].tolist())
 
 
+@lru_cache(maxsize=None)
 def reach(mesh, vertex):
     """m that are much less than all sides and heights of the faces with an area at a vertex."""
     longest, heights = measures(mesh, faces_at(mesh)[vertex])
@@ -262,13 +269,16 @@ def test_along_an_edge_the_face_on_either_side_will_do():
 UP = np.array([0.0, 0.0, 1.0])
 
 
+@lru_cache(maxsize=None)
 def seen_from_above(mesh, count=100):
-    """(vertex, a face there that is not upright, what is around)."""
+    """[(vertex, a face there that is not upright, what is around)]."""
+    found = []
     for vertex, face, around in corners(mesh, count):
         if abs(around.normal @ UP) > 1e-6:
             around = Around(mesh, vertex, face, up=UP)
             if around.in_front[0]:
-                yield vertex, face, around
+                found.append((vertex, face, around))
+    return found
 
 
 def rounding_at(mesh, vertex):
@@ -379,7 +389,7 @@ def test_a_corner_of_eleven_faces_is_left_in_every_heading_but_the_slit():
 
 
 def test_over_a_bow_tie_it_goes_from_one_piece_to_the_other():
-    mesh = zoo.bow_tie()
+    mesh = mesh_of(zoo.bow_tie().name)
     walker = walker_of(mesh)
     for face, sign in ((0, 1), (1, -1)):
         start = SurfacePoint(face, np.array([0.5 * sign, 0.1, 0]), np.array([0.5, 0.2, 0.3]), 0.0)

@@ -71,7 +71,7 @@ def oracle_walk(vertices, faces, face, point, direction, length):
         face, came_over = other, edge
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=None)
 def faces_at(mesh):
     """The faces that name each vertex, ascending."""
     rows = [[] for _ in mesh.vertices]

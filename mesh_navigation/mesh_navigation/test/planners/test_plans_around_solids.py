@@ -1,8 +1,11 @@
 """No plan leads through what stands on the floor as a surface of its own, on maps with a
 CollisionLayer; what is in the way is known here from how it was made alone."""
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs.world import solids
@@ -61,7 +64,14 @@ THINGS = {
 each_thing = pytest.mark.parametrize("name", THINGS)
 
 
-def planned(cls, thing, layer_radius, shape):
+@lru_cache(maxsize=None)
+def map_with(name, far, layer_radius):
+    """A floor with a thing on it, for all planners; and samples of the thing."""
+    thing, samples = THINGS[name](far=far)
+    return collision_map(thing, layer_radius), samples
+
+
+def collision_map(thing, layer_radius):
     mesh_map = MeshMap(*joined(FLOOR, thing))
     mesh_map.compute_layers(
         [
@@ -77,6 +87,10 @@ def planned(cls, thing, layer_radius, shape):
         ]
     )
     assert not mesh_map.fault
+    return mesh_map
+
+
+def planned(cls, mesh_map, shape):
     planner = cls()
     planner.body = Body(mesh_map.geometry, shape)
     assert planner.initialize("planner", mesh_map, {}) == []
@@ -88,10 +102,8 @@ def least_distance(found, samples):
     ends = found.poses[:, :2]
     shares = np.linspace(0, 1, 40)[:, None, None]
     points = (ends[:-1] + shares * np.diff(ends, axis=0)).reshape(-1, 2)
-    spots = np.unique(
-        np.round(samples[(samples[:, 2] > STEP) & (samples[:, 2] < HEIGHT), :2], 3), axis=0
-    )
-    return min(np.linalg.norm(spots - point, axis=1).min() for point in points)
+    spots = samples[(samples[:, 2] > STEP) & (samples[:, 2] < HEIGHT), :2]
+    return cKDTree(spots).query(points)[0].min()
 
 
 @EACH_PLANNER
@@ -99,13 +111,13 @@ def least_distance(found, samples):
 def test_the_way_leads_around(cls, name):
     """With no radius, the path stays out of it (samples are 4 cm apart); with one it stays away by
     that, whoever keeps it, less what a vertex stands for."""
-    thing, samples = THINGS[name]()
     for layer_radius, shape in (
         (0.0, RobotShape()),
         (0.0, RobotShape(radius=0.25)),
         (0.25, RobotShape()),
     ):
-        found = planned(cls, thing, layer_radius, shape)
+        mesh_map, samples = map_with(name, 4.5, layer_radius)
+        found = planned(cls, mesh_map, shape)
         assert found.succeeded, found.message
         assert np.abs(found.poses[:, 2]).max() < 1e-6
         assert found.poses[:, 1].max() > 4.4  # by the end of the wall
@@ -117,8 +129,7 @@ def test_the_way_leads_around(cls, name):
 @each_thing
 def test_nothing_leads_through(cls, name):
     """Where it parts the floor, there is no way."""
-    thing, _ = THINGS[name](far=6.5)
-    found = planned(cls, thing, 0.0, RobotShape())
+    found = planned(cls, map_with(name, 6.5, 0.0)[0], RobotShape())
     assert found.outcome == Outcome.NO_PATH_FOUND, found.message
 
 
@@ -128,6 +139,6 @@ def test_under_and_over_a_bridge(cls):
     deck = box((3.5, -0.5, 2.0), (4.5, 6.5, 2.3))
     high = joined(box((3.5, 1, 1.1), (4.5, 3, 1.15)), box((3.5, 1, 0), (3.6, 1.1, 1.1)))
     for thing in (deck, high):
-        found = planned(cls, thing, 0.0, RobotShape(radius=0.25))
+        found = planned(cls, collision_map(thing, 0.0), RobotShape(radius=0.25))
         assert found.succeeded, found.message
         assert found.cost < 1.03 * np.linalg.norm(np.subtract(GOAL, START))
