@@ -68,11 +68,17 @@ class NearObstacles(NamedTuple):
         """
         if not len(self.points):
             return None
-        travelled = np.append(0.0, np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum())
-        lengths = np.linspace(0.0, travelled[-1], int(travelled[-1] / _STEP) + 2)
-        columns = (np.interp(lengths, travelled, points[:, axis]) for axis in range(3))
         near = self._within(points.min(axis=0) - self.keep, points.max(axis=0) + self.keep)
-        places = np.stack(list(columns), axis=1)
+        if not len(near.points):
+            return None
+        sides = np.sqrt(np.square(points[1:] - points[:-1]).sum(axis=1))
+        travelled = np.append(0.0, sides.cumsum())
+        last = int(travelled[-1] / _STEP) + 1
+        lengths = np.arange(last + 1) * (travelled[-1] / last)
+        lengths[-1] = travelled[-1]
+        places = np.zeros((len(lengths), 3))
+        for axis in range(3):
+            places[:, axis] = np.interp(lengths, travelled, points[:, axis])
         distances = near.distances(places)
         worse = rises(self.keep - distances, self.nearer)
         if worse is not None and len(faces) and distances.min() < self.radius:
@@ -107,11 +113,17 @@ def obstacle_points(
     topology, vertices = geometry.topology, geometry.vertices
     corners = geometry.faces[geometry.spatial_index.in_sphere(center=place, radius=reach)].ravel()
     near = np.unique(corners[~np.isfinite(costs[corners])])
+    if not len(near):
+        return np.zeros((0, 3))
     ends = topology.neighbors[topology.neighbor_places(near)].astype(np.int64)
     offsets = topology.neighbor_offsets
-    begins = np.repeat(near, (offsets[near + 1] - offsets[near]).astype(np.int64))
-    rim = np.unique(begins[np.isfinite(costs[ends])])
-    along = np.isin(begins, rim) & np.isin(ends, rim) & (begins < ends)
+    of_near = np.repeat(np.arange(len(near)), (offsets[near + 1] - offsets[near]).astype(np.int64))
+    is_rim = np.zeros(len(near), np.bool_)
+    is_rim[of_near[np.isfinite(costs[ends])]] = True
+    rim, begins = near[is_rim], near[of_near]
+    others = near.searchsorted(ends)  # isin() would sort all of them
+    is_known = near.take(others, mode="clip") == ends
+    along = is_rim[of_near] & is_known & is_rim.take(others, mode="clip") & (begins < ends)
     points = [vertices[rim].astype(np.float64)]
     sides = vertices[begins[along]].astype(np.float64), vertices[ends[along]].astype(np.float64)
     pieces = np.ceil(np.linalg.norm(sides[1] - sides[0], axis=1) / _SPACING).astype(np.int64)

@@ -2,7 +2,7 @@
 
 import copy
 import math
-from typing import Iterator, NamedTuple, Optional, Tuple
+from typing import Iterator, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -110,35 +110,43 @@ class LocalCosts:
         self, points: np.ndarray, faces: np.ndarray, free: np.ndarray, costs: np.ndarray
     ) -> Iterator[Stretch]:
         """The stretches that are blocked, in each face by itself, in the order of the way."""
-        lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        begins = np.cumsum(lengths) - lengths
         mixed = ~free.all(axis=1) & (faces != NO_FACE) & (faces != self._open_face)
         chosen = np.flatnonzero(mixed)
+        if not len(chosen):
+            return
+        lengths = np.sqrt(np.square(points[1:] - points[:-1]).sum(axis=1))
+        begins = np.cumsum(lengths) - lengths
         corners = self._vertices[self._faces[faces[chosen]]][:, None].astype(np.float64)
         ends = np.stack([points[chosen], points[chosen + 1]], axis=1)
         around = barycentric_coordinates(ends, *np.moveaxis(corners, 2, 0))
-        for index, weights in zip(chosen, around):
-            start, length = float(begins[index]), float(lengths[index])
+        # Numbers of Python are faster than those of NumPy, one by one.
+        columns = (begins, lengths, free, costs)
+        rows = zip(*(column[chosen].tolist() for column in columns), around.tolist())
+        for start, length, is_free, cost, (first, last) in rows:
             parts = []
-            for corner in np.flatnonzero(~free[index]):
-                part = _largest(weights, corner)
+            for corner in range(3):
+                part = None if is_free[corner] else _largest(first, last, corner)
                 if part is not None:
-                    parts.append((*part, float(costs[index, corner])))
-            for begin, end, cost in sorted(parts):
-                yield Stretch(start + begin * length, start + end * length, cost)
+                    parts.append((*part, cost[corner]))
+            for begin, end, highest in sorted(parts):
+                yield Stretch(start + begin * length, start + end * length, highest)
 
 
-def _largest(weights: np.ndarray, corner: int) -> Optional[Tuple[float, float]]:
-    """Where between two points (0 to 1) a corner's weight is the largest; None: nowhere."""
+def _largest(
+    first_weights: Sequence[float], last_weights: Sequence[float], corner: int
+) -> Optional[Tuple[float, float]]:
+    """Where between two points (0 to 1), of which the weights of three corners are given, one
+    corner's weight is the largest; None: nowhere."""
     begin, end = 0.0, 1.0
     for other in range(3):
         if other == corner:
             continue
-        first, last = weights[:, corner] - weights[:, other]
+        first = first_weights[corner] - first_weights[other]
+        last = last_weights[corner] - last_weights[other]
         if first < 0.0 and last < 0.0:
             return None
         if first < 0.0:
             begin = max(begin, first / (first - last))
         elif last < 0.0:
             end = min(end, first / (first - last))
-    return (float(begin), float(end)) if begin < end else None
+    return (begin, end) if begin < end else None
