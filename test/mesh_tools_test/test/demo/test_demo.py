@@ -1,10 +1,13 @@
 """Parts of the demo that need no ROS master."""
+import itertools
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs.testing import wait_until
@@ -33,6 +36,38 @@ def test_a_mesh_that_waits_for_its_costs_is_no_finished_picture():
     assert screenshot.drawn_share(picture) > 0.4 and screenshot.colored_share(picture) == 0.0
     picture[:2] = (255, 235, 0)  # an arrow
     assert screenshot.colored_share(picture) == pytest.approx(screenshot.COLORED)
+
+
+def screens(drawn):
+    """Pictures of a screen on which a smaller window has another frame rate in its status bar each
+    time; `drawn`: what is in its scene."""
+    for number in itertools.count():
+        picture = np.zeros((300, 500, 3), np.uint8)
+        picture[:200, :400] = 48
+        picture[100:150, 250:350] = drawn
+        picture[200 - screenshot.STATUS_BAR : 200, :400] = 240
+        picture[190, 380 + number % 2] = 0
+        yield Image.fromarray(picture)
+
+
+def settled(monkeypatch, pictures, timeout=30.0):
+    monkeypatch.setattr(screenshot, "grab", lambda environment: next(pictures))
+    rviz = "rviz", SimpleNamespace(poll=lambda: None), "rviz.log"
+    return screenshot.settled_picture({}, rviz, timeout, still=0.3, still_when_grey=0.3)
+
+
+def test_the_frame_rate_in_a_window_smaller_than_the_screen_is_no_change_of_the_picture(
+    monkeypatch,
+):
+    found = np.asarray(settled(monkeypatch, screens((255, 235, 0))))
+    assert screenshot.window_of(found).shape == (200, 400, 3)
+    assert screenshot.window_of(np.zeros((4, 5, 3), np.uint8)).size == 0
+
+
+def test_a_status_bar_alone_is_no_finished_picture(monkeypatch):
+    still = itertools.repeat(next(screens(48)))
+    with pytest.raises(DemoError, match="a finished picture in RViz did not happen within"):
+        settled(monkeypatch, still, timeout=1.0)
 
 
 def test_colors_that_differ_in_one_channel_only_are_different():

@@ -17,6 +17,14 @@ def grab(environment):
     return ImageGrab.grab(xdisplay=environment["DISPLAY"]).convert("RGB")
 
 
+def window_of(picture):
+    """The part of a picture (H,W,3) of the screen that is a window at its upper left corner; all
+    beside it is black."""
+    drawn = picture.any(axis=2)
+    height, width = (np.flatnonzero(drawn.any(axis=axis)).max(initial=-1) + 1 for axis in (1, 0))
+    return picture[:height, :width]
+
+
 def scene(picture):
     """The right half of RViz's window: 3D view only, without the tree of displays."""
     return picture[picture.shape[0] // 4 :, picture.shape[1] // 2 : -RIGHT_EDGE]
@@ -56,7 +64,9 @@ def settled_picture(environment, rviz, timeout=90.0, still=1.5, still_when_grey=
 
     def unchanged():
         nonlocal last, since
-        picture = np.asarray(grab(environment))[:-STATUS_BAR]  # without the frame rate
+        picture = window_of(np.asarray(grab(environment)))[:-STATUS_BAR]  # without the frame rate
+        if not picture.size:
+            return False
         if last is None or not np.array_equal(picture, last):
             last, since = picture, time.monotonic()
         pixels = scene(picture)

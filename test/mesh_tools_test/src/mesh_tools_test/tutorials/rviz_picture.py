@@ -5,21 +5,26 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import yaml
 from osmesa_harness.back_ends import BackEnd, environment_of
+from PIL import Image
 
 from mesh_tools_test.demo.processes import process
-from mesh_tools_test.demo.screenshot import settled_picture
-
+from mesh_tools_test.demo.screenshot import STATUS_BAR, settled_picture, window_of
 
 LEAST = (800, 600)  # pixels; what is smaller is a dialog
+FRAME_RATE = 5  # per second: each frame is drawn by the processor, which others need meanwhile
 
 
-def without_screen(picture):
-    """A picture of the screen without what of it lies beside the window: black at its lower and
-    right edge."""
-    drawn = np.asarray(picture).any(axis=2)
-    height, width = (np.flatnonzero(drawn.any(axis=axis)).max(initial=0) + 1 for axis in (1, 0))
-    return picture.crop((0, 0, int(width), int(height)))
+def slowed_down(config, folder):
+    """A copy of a configuration of RViz that draws no more frames than are needed."""
+    content = yaml.safe_load(config.read_text(encoding="utf-8"))
+    options = content["Visualization Manager"].setdefault("Global Options", {})
+    options["Frame Rate"] = FRAME_RATE
+    folder.mkdir(parents=True, exist_ok=True)
+    slow = folder / config.name
+    slow.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return slow
 
 
 def main():
@@ -28,12 +33,14 @@ def main():
     parser.add_argument("config", type=Path, help=".rviz file")
     parser.add_argument("picture", type=Path, help="PNG to write")
     options = parser.parse_args()
+    logs = options.picture.resolve().parent / "logs"
+    config = slowed_down(options.config, logs)
     with environment_of(BackEnd.OSMESA_X, os.environ) as environment:
-        command = ["rviz", "--disable-anti-aliasing", "-d", str(options.config.resolve())]
-        logs = options.picture.resolve().parent / "logs"
+        command = ["rviz", "--disable-anti-aliasing", "-d", str(config)]
         with process("rviz", command, logs, environment) as rviz:
             picture = settled_picture(environment, rviz)
-    picture = without_screen(picture)
+    # without the status bar, whose frame rate is ours
+    picture = Image.fromarray(window_of(np.asarray(picture))[:-STATUS_BAR])
     picture.save(options.picture)
     if picture.width < LEAST[0] or picture.height < LEAST[1]:
         sys.exit(f"{options.picture}: {picture.width} x {picture.height} pixels: no RViz is seen")
