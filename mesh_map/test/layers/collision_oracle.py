@@ -4,6 +4,7 @@ What rounding may decide is told from what it may not: each function gives a low
 bound, from bodies that are a little smaller, or larger.
 """
 
+import math
 from collections import defaultdict
 
 import numpy as np
@@ -13,30 +14,33 @@ FINE = 2e-4  # meters that are left open, twice what the layer takes for roundin
 
 
 def clip(polygon, value):
-    """What is left of a convex polygon [(x, y, z), ...] where value(point) >= 0, which is linear in
-    the point."""
+    """What is left of a convex polygon [(x, y, z), ...] where value(x, y, z) >= 0, which is linear
+    in the point."""
     left = []
-    for here, there in zip(polygon, polygon[1:] + polygon[:1]):
-        a, b = value(here), value(there)
+    values = [value(*point) for point in polygon]
+    ends = zip(polygon[1:] + polygon[:1], values[1:] + values[:1])
+    for here, a, (there, b) in zip(polygon, values, ends):
         if a >= 0:
             left.append(here)
         if a * b < 0:
-            left.append(here + a / (a - b) * (there - here))
+            share = a / (a - b)
+            left.append([own + share * (other - own) for own, other in zip(here, there)])
     return left
 
 
 def gap_in_plan(polygon, point):
     """How far in plan a point is from a convex polygon."""
-    ends = [(a[:2] - point[:2], b[:2] - point[:2]) for a, b in zip(polygon, polygon[-1:] + polygon)]
+    around = [(x - point[0], y - point[1]) for x, y, _ in polygon]
+    ends = list(zip(around, around[-1:] + around))
     turns = [a[0] * b[1] - a[1] * b[0] for a, b in ends]
     if len(polygon) > 2 and (min(turns) > 0 or max(turns) < 0):
         return 0.0
     gaps = []
-    for a, b in ends:
-        side = b - a
-        share = np.clip(-(a @ side) / max(side @ side, 1e-300), 0, 1)
-        gaps.append(np.linalg.norm(a + share * side))
-    return min(gaps, default=np.inf)
+    for (ax, ay), (bx, by) in ends:
+        x, y = bx - ax, by - ay
+        share = min(max(-(ax * x + ay * y) / max(x * x + y * y, 1e-300), 0.0), 1.0)
+        gaps.append(math.hypot(ax + share * x, ay + share * y))
+    return min(gaps, default=math.inf)
 
 
 class CollisionOracle:
@@ -70,42 +74,50 @@ class CollisionOracle:
 
     def cells(self, face, slack, low, high):
         """(3,) bool: over the cells of which corners of a face something is."""
-        corners, normal = self.corners[face], self.normals[face]
+        corners, normal = self.corners[face].tolist(), self.normals[face]
         slope = -normal[:2] / normal[2]
         reach = slack * (1 + np.linalg.norm(slope))
+        (cx, cy, cz), (sx, sy) = corners[0], slope.tolist()
 
-        def below(point):  # the point of the plane of the face, and how far the other is above it
-            z = corners[0][2] + slope @ (point[:2] - corners[0][:2])
-            return np.array([*point[:2], z]), point[2] - z
+        def foot(x, y):  # z of the plane of the face
+            return cz + sx * (x - cx) + sy * (y - cy)
+
+        def above(x, y, z):
+            return z - foot(x, y)
 
         def side_of(k):
             a, b, inner = corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]
-            across = np.array([a[1] - b[1], b[0] - a[0]]) / np.linalg.norm((b - a)[:2])
-            across *= np.sign(across @ (inner - a)[:2])
-            return lambda point: across @ (point - a)[:2] + slack
+            length = math.hypot(b[0] - a[0], b[1] - a[1])
+            nx, ny = (a[1] - b[1]) / length, (b[0] - a[0]) / length
+            turn = math.copysign(1.0, nx * (inner[0] - a[0]) + ny * (inner[1] - a[1]))
+            nx, ny = turn * nx, turn * ny
+            return lambda x, y, z: nx * (x - a[0]) + ny * (y - a[1]) + slack
 
-        def nearer_to(own, other):
-            def value(point):
-                foot, _ = below(point)
-                difference = np.sum((foot - other) ** 2) - np.sum((foot - own) ** 2)
-                return difference / np.linalg.norm(own - other) / 2 + reach
+        def nearer_to(own, other):  # how far on its side of the plane in the middle of both
+            mx, my, mz = ((a + b) / 2 for a, b in zip(own, other))
+            length = math.dist(own, other)
+            nx, ny, nz = ((a - b) / length for a, b in zip(own, other))
+
+            def value(x, y, z):
+                return (x - mx) * nx + (y - my) * ny + (foot(x, y) - mz) * nz + reach
 
             return value
 
+        sides = [side_of(k) for k in range(3)]
+        cells = [[nearer_to(corners[k], corners[(k + j) % 3]) for j in (1, 2)] for k in range(3)]
         found = np.zeros(3, bool)
         box = self.lower[face] + [-slack, -slack, low - reach], self.upper[face]
         some = self.near(box[0], box[1] + [slack, slack, high + reach])
-        gaps = self.corners[some, :, 2] - corners[0][2]
-        gaps = gaps - (self.corners[some, :, :2] - corners[0][:2]) @ slope
+        gaps = above(*np.moveaxis(self.corners[some], 2, 0))
         for other in some[(gaps.max(axis=1) > low) & (gaps.min(axis=1) < high)]:
-            polygon = list(self.corners[other])
-            for k in range(3):
-                polygon = clip(polygon, side_of(k))
+            polygon = self.corners[other].tolist()
+            for side in sides:
+                polygon = clip(polygon, side)
             for k in np.flatnonzero(~found):
                 part = polygon
-                for j in (1, 2):
-                    part = clip(part, nearer_to(corners[k], corners[(k + j) % 3]))
-                heights = [below(point)[1] for point in part]
+                for nearer in cells[k]:
+                    part = clip(part, nearer)
+                heights = [above(*point) for point in part]
                 found[k] = bool(heights) and max(heights) > low and min(heights) < high
         return found
 
@@ -120,12 +132,13 @@ class CollisionOracle:
 
     def met(self, vertex, radius, low, high):
         """The faces that are in a body with a radius at a vertex."""
-        foot = self.points[vertex]
+        foot = self.points[vertex].tolist()
         lower, upper = foot[2] + low, foot[2] + high
-        box = [*(foot[:2] - radius), lower], [*(foot[:2] + radius), upper]
+        x, y, _ = foot
+        box = [x - radius, y - radius, lower], [x + radius, y + radius, upper]
         for face in self.near(*box):
-            polygon = clip(list(self.corners[face]), lambda point: point[2] - lower)
-            polygon = clip(polygon, lambda point: upper - point[2])
+            polygon = clip(self.corners[face].tolist(), lambda x, y, z: z - lower)
+            polygon = clip(polygon, lambda x, y, z: upper - z)
             if gap_in_plan(polygon, foot) <= radius:
                 yield face
 
@@ -205,7 +218,7 @@ class CollisionOracle:
                 corners = self.faces[face]
                 if closed[start] and not self.level[face]:
                     continue
-                if low[corners].all() and gap_in_plan(list(self.corners[face]), foot) <= radius:
+                if low[corners].all() and gap_in_plan(self.corners[face].tolist(), foot) <= radius:
                     faces.add(face)
                     more = {int(c) for c in corners} - reached
                     reached |= more
