@@ -99,13 +99,13 @@ def huge_chunk(file):
 def many_groups(file):
     """In the group of the mesh."""
     group = file["mesh"]
-    for i in range(200_000):
+    for i in range(100_000):
         group.id.links.create_hard(b"g%d" % i, group.id, b"clustersets")
 
 
 def many_groups_at_the_top(file):
     file.create_group("g")
-    for i in range(200_000):
+    for i in range(100_000):
         file.id.links.create_hard(b"g%d" % i, file.id, b"g")
 
 
@@ -226,7 +226,7 @@ def many_features(file):
     group = file["mesh/channels"].require_group("texture_features")
     group["0"] = np.zeros(64, "f4")
     group["0"].attrs["vector"] = np.zeros(3, "f4")
-    for i in range(1, 300_000):
+    for i in range(1, 120_000):
         group.id.links.create_hard(b"%d" % i, group.id, b"0")
 
 

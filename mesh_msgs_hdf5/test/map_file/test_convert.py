@@ -33,15 +33,25 @@ LAYOUTS = {
 }
 
 
-@pytest.fixture(params=[1 << 40, 0], ids=["in memory", "on disk"])
-def budget(request, monkeypatch):
-    monkeypatch.setattr(map_saving, "MEMORY_BUDGET", request.param)
+BUDGETS = [1 << 40, 0]  # with which a file is built in memory, on disk
+
+
+def set_budget(monkeypatch, value):
+    monkeypatch.setattr(map_saving, "MEMORY_BUDGET", value)
     monkeypatch.setattr(map_saving, "_SLACK_BYTES", 1 << 16)
+
+
+@pytest.fixture(params=BUDGETS, ids=["in memory", "on disk"])
+def budget(request, monkeypatch):
+    set_budget(monkeypatch, request.param)
 
 
 @pytest.mark.parametrize("profile", ["s1", "lvr2"])
 @pytest.mark.parametrize("name", LAYOUTS)
-def test_every_layout_becomes_s1(tmp_path, rich_mesh, budget, name, profile):
+def test_every_layout_becomes_s1(tmp_path, rich_mesh, monkeypatch, name, profile):
+    """One profile in memory, the other on disk."""
+    turn = list(LAYOUTS).index(name) + (profile == "lvr2")
+    set_budget(monkeypatch, BUDGETS[turn % 2])
     source, target = tmp_path / "a.h5", tmp_path / "b.h5"
     write, part = LAYOUTS[name]
     mesh = write(source, rich_mesh)
