@@ -314,11 +314,19 @@ def test_ctrl_c_is_one_line_and_leaves_nothing(tmp_path):
     assert os.listdir(tmp_path) == ["a.ply"]
 
 
+@pytest.fixture(scope="module")
+def completion_script(tmp_path_factory):
+    """The path of what bash is to evaluate."""
+    path = tmp_path_factory.mktemp("completion") / "mesh_tool.bash"
+    path.write_bytes(start("completion", "bash").stdout)
+    return str(path)
+
+
 COMPLETION = """
 _roscomplete_exe() { COMPREPLY=(what rosbash says); }
 complete -F _roscomplete_exe rosrun
-eval "$("$0" completion bash)"
-eval "$("$0" completion bash)"  # twice is once
+eval "$(cat "$0")"
+eval "$(cat "$0")"  # twice is once
 compopt() { :; }  # only while bash completes
 COMP_LINE=$1 COMP_POINT=${#1} COMP_TYPE=9
 read -ra COMP_WORDS <<<"$COMP_LINE"
@@ -359,10 +367,10 @@ complete -p mesh_tool rosrun >&2
         ("rosrun other node x", ["rosbash", "says", "what"]),
     ],
 )
-def test_completion_in_bash(triangle, line, expected):
+def test_completion_in_bash(triangle, completion_script, line, expected):
     pytest.importorskip("argcomplete")
     result = subprocess.run(
-        ["bash", "--norc", "-c", COMPLETION, str(PROGRAM), line],
+        ["bash", "--norc", "-c", COMPLETION, completion_script, line],
         cwd=triangle.parent,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -375,7 +383,7 @@ def test_completion_in_bash(triangle, line, expected):
     assert b"-F _mesh_tool_rosrun rosrun" in result.stderr
 
 
-def test_names_that_bash_would_take_for_more_are_quoted(tmp_path):
+def test_names_that_bash_would_take_for_more_are_quoted(tmp_path, completion_script):
     """Where each is completed and run, the command gets that name and no other."""
     pytest.importorskip("argcomplete")
     names = ["#tree", "~", "?", "[ab]", "*", "{a,b}", "$HOME", "a b", "it's", 'a"b', "a\\?", "a&b"]
@@ -387,7 +395,7 @@ def test_names_that_bash_would_take_for_more_are_quoted(tmp_path):
     (tmp_path / "b").write_text("")
     run = COMPLETION + 'eval "set -- $(printf \'%s \' "${COMPREPLY[@]}")"; printf \'%s\\0\' "$@"'
     result = subprocess.run(
-        ["bash", "--norc", "-c", run, str(PROGRAM), "mesh_tool labels delete names.h5 "],
+        ["bash", "--norc", "-c", run, completion_script, "mesh_tool labels delete names.h5 "],
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
