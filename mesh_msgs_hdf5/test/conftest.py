@@ -8,7 +8,6 @@ import pytest
 
 from mesh_msgs.testing import expect_a_busy_machine
 from mesh_msgs_hdf5.isolation import isolated_map_file
-from mesh_msgs_hdf5.isolation.zygote_child import answer
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
@@ -94,22 +93,11 @@ def rich_mesh():
     return make_rich_mesh()
 
 
-class ReaderHere:
-    """Answers calls as the processes of IsolatedMapFile and isolated() do, in this one."""
-
-    def __init__(self, memory_limit, timeout, library="libhdf5"):
-        pass
-
-    def close(self):
-        pass
-
-    def call(self, path, function, arguments, keywords):
-        return answer("", *function, list(arguments), keywords)
-
-
 @pytest.fixture
 def read_here(monkeypatch):
     """Map files are read in this process, for tests that do not care which one reads them."""
+    from reader_here import ReaderHere
+
     monkeypatch.setattr(isolated_map_file, "_Reader", ReaderHere)
 
 

@@ -14,6 +14,8 @@ from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
 from map_samples import assert_same_mesh
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 
 @pytest.fixture
 def rich(rich_mesh, tmp_path):

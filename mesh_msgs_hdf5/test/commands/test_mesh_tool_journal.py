@@ -16,6 +16,8 @@ from mesh_msgs_hdf5.labels.map_contents import open_map
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Label
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 # what edit() makes of the labels of map_file
 EDITED = {"new_1": ([7], (9, 9, 9)), "tree_1": ([0, 1], (0, 128, 255))}
 FLOOR = {"desk_1": ([4], None)}

@@ -16,6 +16,8 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.map_file.map_file import parts_of
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 
 def run(capsys, *arguments):
     """(exit code, output, errors)"""

@@ -9,6 +9,8 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.mesh import Label
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 
 @pytest.fixture(params=[closed_box, striped_terrain])
 def maps(tmp_path, request):
