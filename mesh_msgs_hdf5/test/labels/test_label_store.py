@@ -19,6 +19,8 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
 from mesh_msgs_hdf5.map_file.reading import label_reader
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 FACES = 60
 
 

@@ -25,6 +25,8 @@ from mesh_msgs_hdf5.server.served_map import STORES_ALL
 from mesh_msgs_hdf5.server.server_options import ALL_PARTS, MapRequest
 from mesh_writers import ply, xyz
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 STAMP = genpy.Time(1)
 OWNER = {"node": "/here", STORES_ALL: True}
 
