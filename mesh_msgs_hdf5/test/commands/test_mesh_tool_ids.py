@@ -14,6 +14,8 @@ from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 GRID = zoo.grid()
 LABELS = {
     "tree_10": Label(np.uint32([0, 1, 2, 3]), (1, 2, 3)),

@@ -14,6 +14,8 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import geometry_uuid
 from mesh_msgs_hdf5.validation.validate import validate
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 
 @pytest.fixture
 def path(tmp_path):

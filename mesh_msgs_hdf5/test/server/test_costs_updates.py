@@ -15,6 +15,8 @@ from mesh_msgs_hdf5.server import received
 from mesh_msgs_hdf5.server.map_loading import load
 from mesh_msgs_hdf5.server.server_options import MapRequest
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 STAMP = genpy.Time(1)
 BEFORE = np.arange(12, dtype=np.float32)
 
