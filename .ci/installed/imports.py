@@ -20,9 +20,9 @@ def lines(*command):
 
 
 def python_files(package):
-    """The modules and scripts of Python in a Debian package."""
+    """The modules and scripts of Python in a Debian package, not what an example has to be copied."""
     for path in map(Path, lines("dpkg", "-L", package)):
-        if path.suffix == ".py":
+        if path.suffix == ".py" and path.parts[:3] != ("/", "usr", "share"):
             yield path
         elif path.parts[:3] == ("/", "usr", "lib") and path.is_file() and not path.suffix:
             if path.read_bytes().startswith(b"#!/usr/bin/python3"):
