@@ -25,7 +25,6 @@ namespace {
 constexpr float INF = std::numeric_limits<float>::infinity();
 const Rgb BACKGROUND{48, 48, 48};
 const Rgb GREEN{0, 255, 0};
-const Rgb BLACK{0, 0, 0};
 
 double flat(double, double)
 {

@@ -212,7 +212,7 @@ class DeviceTest : public testing::Test
   }
 
   const TemporaryFolder cache_;
-  const Log log_;
+  const Log log_{};
 };
 
 }  // namespace query_test
