@@ -20,7 +20,7 @@ def lines(*command):
 
 
 def python_files(package):
-    """The modules and scripts of Python in a Debian package, not what an example has to be copied."""
+    """Modules and scripts of Python in a Debian package, not what an example has to be copied."""
     for path in map(Path, lines("dpkg", "-L", package)):
         if path.suffix == ".py" and path.parts[:3] != ("/", "usr", "share"):
             yield path

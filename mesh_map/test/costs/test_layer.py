@@ -37,6 +37,7 @@ def test_values_out_of_range_are_limited_with_a_warning():
     assert layer.warnings == [
         "threshold is inf, outside of [0.05, 1.0]: 1.0 is used",
         "radius is 0.0, outside of [0.02, 1.0]: 0.02 is used",
+        "radius, 0.02 m, is not above threshold, 1.0 m: an upright step may not be seen",
     ]
 
 

@@ -272,7 +272,8 @@ def test_a_step_without_a_vertex_between_its_ends_is_said_however_small_it_is(ri
     assert coarse_remark(mesh_map, {"the robot's radius": 0.5}) == ""
     height_diff = {"name": "steps", "type": "mesh_layers/HeightDiffLayer"}
     robot = {"the robot's radius": 0.25}
-    for params, said in (({}, False), ({"large_faces": False}, True), ({"enabled": False}, True)):
+    cases = [({}, False), ({"large_faces": False}, True), ({"enabled": False}, True)]
+    for params, said in (*cases, ({"threshold": 0.3, "radius": 0.3}, True)):
         mesh_map.compute_layers([dict(height_diff, params=params)])
         assert bool(coarse_remark(mesh_map, robot)) == (said and steep > 0), params
 

@@ -418,6 +418,21 @@ def test_misspelled_parameters_are_said(caplog):
     assert [record.message for record in caplog.records] == expected
 
 
+@pytest.mark.parametrize("ros_2", [False, True])
+def test_misspelled_names_of_layers_are_said(ros_2, caplog):
+    """Their defaults would count, without a word: those of another robot."""
+    kind = "mesh_layers/HeightDiffLayer"
+    layers = ["height_diff", "steps"] if ros_2 else [{"name": "height_diff", "type": kind}]
+    sections = {"heightdiff": {"threshold": 0.12}, "inflation": {"factor": 1.0}}
+    map_parameters({"mesh_file": "map.h5", "layers": layers, **sections})
+    said = "the parameter heightdiff is not known; is height_diff meant?"
+    assert [record.message for record in caplog.records] == [said]
+    caplog.clear()
+    for odd in (None, 5, [None, 5, {"name": 5}], "height_diff"):
+        map_parameters({"mesh_file": "map.h5", "layers": odd, **sections})
+    assert not caplog.records
+
+
 def test_parameters_in_the_entry_of_a_layer_count(map_file):
     entry = {"name": "steepness", "type": "mesh_layers/SteepnessLayer", "threshold": 0.5}
     values = {"mesh_file": map_file.path, "layers": [dict(entry, factor=0.5)]}

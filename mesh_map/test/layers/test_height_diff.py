@@ -73,6 +73,24 @@ def test_a_lone_vertex_without_itself_is_unknown_and_never_free():
     assert lonely.any() and np.array_equal(np.isnan(mesh_map.costs), lonely)
 
 
+@pytest.mark.parametrize(
+    "radius, threshold, warns", [(0.3, 0.25, 0), (0.25, 0.25, 1), (0.2, 0.25, 1)]
+)
+def test_a_radius_that_upright_steps_may_escape_is_warned_of(radius, threshold, warns):
+    """From its rim, a step rises by the radius at most, and that has to be above the threshold."""
+    params = {"radius": radius, "threshold": threshold}
+    layer = HeightDiffLayer("steps", params)
+    assert len(layer.warnings) == len(layer.checked_changes({})[1]) == warns
+    assert not warns or "is not above threshold, 0.25 m: an upright step" in layer.warnings[0]
+    assert not HeightDiffLayer("steps", dict(params, enabled=False)).warnings
+    grid = terrain(20)
+    row, y = (0.2 * part.ravel() for part in np.mgrid[:20, :20])
+    row[row > 1.9] -= 0.2 - 1e-4  # as good as upright, as in CAD
+    points = np.stack([row, y, np.where(np.arange(400) >= 200, 0.9, 0.0)], 1).astype(np.float32)
+    lethal = evaluated(TestMesh("ledge", points, grid.faces), **params).lethal
+    assert lethal.any() == (not warns)
+
+
 def test_neighbors_are_reached_over_edges():
     """Two sheets 0.1 m apart that no edge connects do not see each other."""
     mesh = terrain(10)

@@ -1,5 +1,6 @@
 """Declarations of the parameters of a layer."""
 
+import difflib
 import math
 import sys
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from mesh_map.base.errors import MeshMapError
 Value = Union[bool, int, float, str, Tuple[Any, ...], Mapping[str, Any]]
 
 _LARGEST = sys.float_info.max
+_ALIKE = 0.8  # of the letters
 _OTHER_KINDS = (
     (bool, bool, "a boolean"),
     (str, str, "a string"),
@@ -108,6 +110,16 @@ def checked_values(
         if warning:
             warnings.append(warning)
     return values, warnings
+
+
+def misspelled(names: Iterable[Any], known: Iterable[str]) -> List[str]:
+    """One sentence for each name that is none of the known ones, and nearly one of them."""
+    known, found = list(known), []
+    for name in names:
+        if name not in known:
+            for meant in difflib.get_close_matches(str(name), known, 1, _ALIKE):
+                found.append("the parameter %s is not known; is %s meant?" % (name, meant))
+    return found
 
 
 def read_parameters(

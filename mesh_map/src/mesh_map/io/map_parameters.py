@@ -1,6 +1,5 @@
 """The parameters of a map, as ROS users write them, in a dictionary."""
 
-import difflib
 import logging
 import os
 from dataclasses import dataclass
@@ -9,11 +8,10 @@ from typing import Any, List, Mapping, Optional, Tuple, Union
 import yaml
 
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.parameter import Parameter, checked_values
+from mesh_map.base.parameter import Parameter, checked_values, misspelled
 from mesh_map.costs.settings import SETTINGS
 
 _LOG = logging.getLogger("mesh_map")
-_ALIKE = 0.8  # of the letters
 FILE_PARAMETERS = (
     Parameter(
         "mesh_file", "", description="map file (.h5), or a mesh (.ply .obj .stl .off .dae .glb)"
@@ -119,15 +117,17 @@ def parameters_in_file(path: Union[str, "os.PathLike[str]"]) -> Mapping[str, Any
 
 
 def _misspelled(values: Mapping[str, Any]) -> List[str]:
-    """Names that are nearly those of parameters; others may belong to the node."""
+    """Names that are nearly those of parameters or, where there is a dictionary, of layers; others
+    may belong to the node, or to layers that are not listed now."""
     parameters = (*FILE_PARAMETERS, *GEOMETRY_PARAMETERS, *SETTINGS)
     known = ["layers", *(parameter.name for parameter in parameters)]
-    found = []
-    for name, value in values.items():
-        if name not in known and not isinstance(value, Mapping):
-            for meant in difflib.get_close_matches(str(name), known, 1, _ALIKE):
-                found.append("the parameter %s is not known; is %s meant?" % (name, meant))
-    return found
+    entries = values.get("layers")
+    entries = entries if isinstance(entries, list) else []
+    names = (entry.get("name") if isinstance(entry, Mapping) else entry for entry in entries)
+    layers = [name for name in names if isinstance(name, str)]
+    sections = [name for name, value in values.items() if isinstance(value, Mapping)]
+    singles = [name for name in values if name not in sections]
+    return misspelled(singles, known) + misspelled(sections, layers)
 
 
 def _with_params(entry: Any, values: Mapping[str, Any]) -> Any:

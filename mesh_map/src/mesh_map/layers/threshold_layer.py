@@ -6,12 +6,12 @@ it cannot climb; roughness, which shakes it; ridges, where the surface bends.
 
 import abc
 import math
-from typing import ClassVar, Optional
+from typing import Any, ClassVar, Dict, List, Mapping, Optional, Tuple
 
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.base.parameter import Parameter
+from mesh_map.base.parameter import Parameter, Value
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.costs.lethal_rule import LethalRule
 from mesh_map.geometry.mesh_geometry import MeshGeometry
@@ -116,6 +116,9 @@ class HeightDiffLayer(RadiusLayer):
     Of a face with a side longer than the radius, at one of these vertices, the surface counts as
     far as it is within the radius, unless large_faces is false, as in the released mesh_map: there,
     a step of one row of such faces is level ground.
+
+    From its edge, an upright step rises by no more than the radius within the radius: one that is
+    not above the threshold, of which it warns, leaves steps free that have no vertex in between.
     """
 
     UNIT = "m"
@@ -131,6 +134,13 @@ class HeightDiffLayer(RadiusLayer):
     )
     STATISTIC = "height_difference"
     RELEASED_NAME = "height_diff"
+
+    def _checked(self, given: Mapping[str, Any]) -> Tuple[Dict[str, Value], List[str]]:
+        params, warnings = super()._checked(given)
+        if params["enabled"] and not params["radius"] > params["threshold"]:
+            text = "radius, %s m, is not above threshold, %s m: an upright step may not be seen"
+            warnings.append(text % (params["radius"], params["threshold"]))
+        return params, warnings
 
     def largest_cost(self, geometry: MeshGeometry) -> float:
         """The size of the mesh: any way may be up in the program that stored it."""

@@ -3,7 +3,7 @@
 import threading
 from typing import Any, ClassVar, List, Mapping, Tuple
 
-from mesh_map.base.parameter import Parameter, Value, read_parameters
+from mesh_map.base.parameter import Parameter, Value, misspelled, read_parameters
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.body.body import POINT, Body
@@ -41,13 +41,14 @@ class MeshPlugin:
             given: parameters that differ from their defaults.
 
         Returns:
-            One sentence for each given value that could not be used as it is.
+            One sentence for each given value that could not be used as it is, and for each name
+            that is nearly that of a parameter.
         """
         self.name = name
         self.map = mesh_map
         values, complaints = read_parameters(self.parameters, given)
         self._values = _Values(values)
-        return complaints
+        return complaints + misspelled(given, [parameter.name for parameter in self.parameters])
 
     @property
     def values(self) -> Mapping[str, Value]:

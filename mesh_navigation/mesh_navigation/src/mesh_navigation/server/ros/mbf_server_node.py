@@ -28,7 +28,7 @@ from mesh_navigation.server.ros.plan_topics_ros import PlanTopics
 from mesh_navigation.server.ros.recovery_node import RecoveryServer
 from mesh_navigation.server.ros.robot_ros import RobotRos
 from mesh_navigation.server.ros.server_map_ros import ServerMap, map_text
-from mesh_navigation.server.ros.server_values_ros import ServerValues
+from mesh_navigation.server.ros.server_values_ros import ServerValues, misspelled_names
 from mesh_navigation.server.ros.slot_action_node import Parts
 from mesh_navigation.server.ros.transforms_ros import Transforms
 from mesh_navigation.server.ros.velocity_commands_ros import (
@@ -76,6 +76,10 @@ class MbfServer:
             self._complaints.append(text)
             rospy.logwarn("parameter ~%s", text)
         self._map = loaded = ServerMap(values["wait_for_map"], self._begin, shape, fault)
+        kinds = (loaded.planners, loaded.controllers, loaded.behaviors)
+        for complaint in misspelled_names(given, kinds):
+            self._complaints.append(complaint)
+            rospy.logwarn("%s: %s", rospy.get_name(), complaint)
         self._parts = parts = Parts(
             loaded.planners,
             loaded.controllers,

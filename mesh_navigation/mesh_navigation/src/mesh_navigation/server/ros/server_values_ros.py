@@ -1,19 +1,24 @@
 """The parameters of the server itself, from the parameter server and dynamic_reconfigure."""
 
 from collections import UserDict
-from typing import Any, Dict, List, Mapping, Tuple
+from typing import Any, Dict, Iterable, List, Mapping, Tuple
 
 import rospy
 
-from mesh_map.base.parameter import Value, read_parameters
+from mesh_map.base.parameter import Value, misspelled, read_parameters
 from mesh_map.ros.parameter_server import ParameterServer
 
+from mesh_navigation.body.robot_shape import SHAPE_PARAMETERS
 from mesh_navigation.execution.server_parameters import (
     DYNAMIC_PARAMETERS,
     GUARD_PARAMETERS,
     PARAMETERS,
     RESTORE_DEFAULTS,
 )
+from mesh_navigation.plugins.plugin_list import PluginList
+
+# What else is below the node: the map, and the least cost that check_pose_cost calls inscribed.
+_BESIDE = ("mesh_map", "cost_limit")
 
 
 class ServerValues(UserDict):
@@ -36,6 +41,23 @@ class ServerValues(UserDict):
         self.data, complaints = changed_values(self.data, given)
         _log(complaints)
         return self.data
+
+
+def misspelled_names(given: Mapping[str, Any], kinds: Iterable[PluginList]) -> List[str]:
+    """One sentence for each name below the node that is nearly one that is read there: a default
+    would count in its place, which may be that of a smaller or slower robot.
+
+    Args:
+        given: all parameters of the node.
+        kinds: its plugins, whose parameters are below their names.
+    """
+    known = [parameter.name for parameter in (*PARAMETERS, *SHAPE_PARAMETERS)] + list(_BESIDE)
+    for plugins in kinds:
+        known += [plugins.kind.parameter.lstrip("~"), *plugins.names]
+    guard = given.get("guard")
+    names = [parameter.name for parameter in GUARD_PARAMETERS]
+    of_guard = misspelled(guard, names) if isinstance(guard, Mapping) else []
+    return misspelled(given, known) + [f"guard/{complaint}" for complaint in of_guard]
 
 
 def changed_values(
