@@ -162,6 +162,15 @@ def test_no_path_is_tried_again_until_the_patience_or_the_retries_end():
     assert (planner.calls, result.outcome, result.message) == (3, 54, "failure 3")
 
 
+def test_what_failed_before_the_patience_ended_an_attempt_is_said():
+    """The cause is in earlier answers, not in the last attempt, which had no time for one."""
+    failing, obedient = Failing(GetPathOutcome.TF_ERROR), Obedient()
+    result = run(lambda c: (failing if failing.calls < 2 else obedient)(c), 0.3, -1)
+    assert result.outcome == GetPathOutcome.PAT_EXCEEDED
+    said = "and the planner was stopped after 2 attempts, the last of which: failure 2"
+    assert result.message.endswith(said)
+
+
 def test_sensors_are_asked_after_each_attempt():
     """An obstacle layer whose data are not current any more opens nothing."""
     planner, current = Failing(GetPathOutcome.NO_PATH_FOUND), [True, True, False]

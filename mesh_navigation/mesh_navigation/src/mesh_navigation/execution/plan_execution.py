@@ -44,20 +44,19 @@ class PlanExecution:
     def run(self, cancellation: Cancellation) -> PlanResult:
         """Plan until there is an answer, the patience is gone or ``cancellation`` is canceled."""
         deadline = Deadline(self._patience if self._patience > 0 else None)
-        retries = 0
+        retries, failures = 0, ""
         while True:
-            result = self._attempt(cancellation, deadline)
+            result = self._attempt(cancellation, deadline, failures)
             if retries == self._max_retries or not self._may_change(result):
                 return result
             retries += 1
+            failures = f"after {retries} attempts, the last of which: {result.message}"
             left = deadline.left
             cancellation.wait(RETRY_PAUSE if left is None else min(RETRY_PAUSE, left))
             if cancellation.canceled:
                 return _canceled(cancellation)
             if deadline.left == 0.0:
-                return self._impatient(
-                    f"after {retries} attempts, the last of which: {result.message}"
-                )
+                return self._impatient(failures)
 
     def _may_change(self, result: PlanResult) -> bool:
         """Whether the next attempt may end otherwise."""
@@ -65,8 +64,11 @@ class PlanExecution:
             return not result.lasting and self._may_clear()
         return may_change_by_itself(result.outcome)
 
-    def _attempt(self, cancellation: Cancellation, deadline: Deadline) -> PlanResult:
-        """One attempt, in a thread of its own: a planner that never returns blocks nobody."""
+    def _attempt(self, cancellation: Cancellation, deadline: Deadline, failures: str) -> PlanResult:
+        """One attempt, in a thread of its own: a planner that never returns blocks nobody.
+
+        ``failures`` says what came before.
+        """
         attempt = Attempt("plan", lambda stop: _answer(self._plan, stop))
         with cancellation.calling(attempt.wake.set):
             if cancellation.canceled:
@@ -78,7 +80,8 @@ class PlanExecution:
         elif attempt.results:
             return attempt.results[0]
         else:
-            result = self._impatient("and the planner was stopped")
+            how = "and the planner was stopped"
+            result = self._impatient(f"{how} {failures}" if failures else how)
             reason = "out of patience"
         result.message += attempt.stop(reason, "planner")
         return result
