@@ -58,11 +58,11 @@ class FileToPlan(unittest.TestCase):
         )
         launch = ["roslaunch", "--wait", "mesh_navigation", "mesh_navigation.launch"]
         # For faces of a meter (that of mesh_navigation is for a robot's radius) and a ramp of 21
-        # degrees, on which heights differ by 0.21 m within the radius.
+        # degrees, on which heights differ by 0.21 m within the radius; lengths are what is compared.
         config = folder / "steps.yaml"
         shipped = Path(rospkg.RosPack().get_path("mesh_map")) / "config" / "height_diff.yaml"
         layers = yaml.safe_load(shipped.read_text(encoding="utf-8"))
-        layers["height_diff"]["threshold"] = 0.25
+        layers["height_diff"].update(threshold=0.25, factor=0.0)
         config.write_text(yaml.safe_dump(layers), encoding="utf-8")
         launch += [f"map_file:={cls.file}", f"map_config:={config}"]
         cls.navigation = cls.stack.enter_context(
