@@ -58,7 +58,7 @@ class FileToPlan(unittest.TestCase):
         )
         launch = ["roslaunch", "--wait", "mesh_navigation", "mesh_navigation.launch"]
         # For faces of a meter (that of mesh_navigation is for a robot's radius) and a ramp of 21
-        # degrees, on which heights differ by 0.21 m within the radius; lengths are what is compared.
+        # degrees, on which heights differ by 0.21 m within the radius. Lengths are compared.
         config = folder / "steps.yaml"
         shipped = Path(rospkg.RosPack().get_path("mesh_map")) / "config" / "height_diff.yaml"
         layers = yaml.safe_load(shipped.read_text(encoding="utf-8"))
