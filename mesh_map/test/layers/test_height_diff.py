@@ -83,6 +83,8 @@ def test_a_radius_that_upright_steps_may_escape_is_warned_of(radius, threshold, 
     assert len(layer.warnings) == len(layer.checked_changes({})[1]) == warns
     assert not warns or "is not above threshold, 0.25 m: an upright step" in layer.warnings[0]
     assert not HeightDiffLayer("steps", dict(params, enabled=False)).warnings
+    assert layer.sees_steps() == (not warns)
+    assert not HeightDiffLayer("steps", dict(params, large_faces=False)).sees_steps()
     grid = terrain(20)
     row, y = (0.2 * part.ravel() for part in np.mgrid[:20, :20])
     row[row > 1.9] -= 0.2 - 1e-4  # as good as upright, as in CAD

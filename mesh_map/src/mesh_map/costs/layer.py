@@ -269,6 +269,13 @@ class Layer(abc.ABC):
         """What finite costs cannot exceed, whatever the parameters; +inf (the default): nothing."""
         return math.inf
 
+    def sees_steps(self) -> bool:
+        """Whether no upright step escapes it that has no vertex between its ends; False by default.
+
+        For people alone, who are warned of such steps where no layer sees them.
+        """
+        return False
+
     def announce(self, geometry: MeshGeometry) -> None:
         """Called for all layers that will be computed, before any is.
 

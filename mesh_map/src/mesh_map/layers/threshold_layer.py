@@ -137,14 +137,22 @@ class HeightDiffLayer(RadiusLayer):
 
     def _checked(self, given: Mapping[str, Any]) -> Tuple[Dict[str, Value], List[str]]:
         params, warnings = super()._checked(given)
-        if params["enabled"] and not params["radius"] > params["threshold"]:
+        if params["enabled"] and not _reaches(params):
             text = "radius, %s m, is not above threshold, %s m: an upright step may not be seen"
             warnings.append(text % (params["radius"], params["threshold"]))
         return params, warnings
 
+    def sees_steps(self) -> bool:
+        return bool(self.params["large_faces"]) and _reaches(self.params)
+
     def largest_cost(self, geometry: MeshGeometry) -> float:
         """The size of the mesh: any way may be up in the program that stored it."""
         return float(np.linalg.norm(np.ptp(geometry.vertices.astype(np.float64), axis=0)))
+
+
+def _reaches(params: Mapping[str, Any]) -> bool:
+    """Whether an upright step rises by more than the threshold within the radius."""
+    return bool(params["radius"] > params["threshold"])
 
 
 class RoughnessLayer(RadiusLayer):

@@ -24,8 +24,7 @@ def coarse_remark(mesh_map: MeshMap, radii: Mapping[str, float] = {}) -> str:
     nearer to that than 9/10 of the radius (measured: README of mesh_map).
 
     Steep faces that rise by more than the radius are said however few they are, unless a layer
-    looks at the surface of large faces, farther than its threshold: of such a step both ends may be
-    level, and too far from each other for layers to compare them.
+    sees them: of such a step both ends may be level, and too far from each other for others.
 
     Args:
         mesh_map: with its layers; their parameters that are called a radius count, if enabled.
@@ -33,7 +32,7 @@ def coarse_remark(mesh_map: MeshMap, radii: Mapping[str, float] = {}) -> str:
     """
     enabled = {name: y for name, y in mesh_map.layers.items() if y.params.get("enabled", True)}
     known = {**_layer_radii(enabled), **{what: r for what, r in radii.items() if r > 0.0}}
-    seen = any(_sees_steps(layer) for layer in enabled.values())
+    seen = any(layer.sees_steps() for layer in enabled.values())
     if not known:
         return ""
     what, radius = min(known.items(), key=lambda item: item[1])
@@ -85,11 +84,6 @@ def _steep_rises(corners: np.ndarray, up: np.ndarray) -> np.ndarray:
     upward = np.abs(normals @ np.asarray(up, normals.dtype))
     steep = upward < _STEEP * np.linalg.norm(normals, axis=1)
     return np.where(steep, np.ptp(heights, axis=1), 0.0)
-
-
-def _sees_steps(layer: Layer) -> bool:
-    params = layer.params
-    return bool(params.get("large_faces", False)) and params["radius"] > params["threshold"]
 
 
 def _layer_radii(layers: Mapping[str, Layer]) -> Dict[str, float]:

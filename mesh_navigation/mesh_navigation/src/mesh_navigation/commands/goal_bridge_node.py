@@ -7,7 +7,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import MoveBaseGoal
 
-from mesh_map.base.parameter import Parameter, read_parameters
+from mesh_map.base.parameter import Parameter, misspelled, read_parameters
 from mesh_msgs.diagnostics_ros import OK, WARN, Diagnostics, Status
 from mesh_msgs.init_node import init_node, spin, until_shutdown
 
@@ -33,8 +33,10 @@ class GoalBridge:
     """
 
     def __init__(self) -> None:
-        self._values, complaints = read_parameters(PARAMETERS, rospy.get_param("~", {}) or {})
-        for complaint in complaints:
+        given = rospy.get_param("~", {}) or {}
+        self._values, complaints = read_parameters(PARAMETERS, given)
+        known = ["recovery_behaviors", *(parameter.name for parameter in PARAMETERS)]
+        for complaint in complaints + misspelled(given, known):
             rospy.logwarn("parameter ~%s", complaint)
         self._behaviors = _names(rospy.get_param("~recovery_behaviors", []))
         server = rospy.resolve_name(self._values["server"])

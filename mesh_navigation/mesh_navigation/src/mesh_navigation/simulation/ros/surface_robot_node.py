@@ -13,7 +13,7 @@ from mesh_msgs.init_node import init_node, spin, until_shutdown
 from visualization_msgs.msg import MarkerArray
 
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.parameter import read_parameters
+from mesh_map.base.parameter import misspelled, read_parameters
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.seams import stitched_faces
 from mesh_map.map.mesh_map import MeshMap
@@ -289,7 +289,8 @@ def _parameters() -> Mapping[str, Any]:
     for name in {"initial_pose", "origin"}.intersection(given):
         given[name] = numbers_in(given[name])
     values, complaints = read_parameters(PARAMETERS, given)
-    for complaint in complaints:
+    known = ["obstacles", *(parameter.name for parameter in PARAMETERS)]
+    for complaint in complaints + misspelled(given, known):
         rospy.logwarn("parameter ~%s", complaint)
     return values
 
