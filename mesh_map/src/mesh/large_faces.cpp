@@ -96,9 +96,6 @@ LargeFaces::LargeFaces(const MeshView& mesh, const RowsView& vertex_faces, doubl
 
 void LargeFaces::addHeights(std::size_t center, std::size_t at, HeightRange& range) const
 {
-  if (empty() || touched_[at] == 0) {
-    return;
-  }
   const Vector3 position = pointOf(mesh_.vertex(center));
   range.add(static_cast<float>(dot(pointOf(mesh_.vertex(at)), up_)));
   for (std::uint32_t k = vertex_faces_.offsets[at]; k < vertex_faces_.offsets[at + 1]; ++k) {
@@ -115,6 +112,11 @@ void LargeFaces::addHeightsOf(std::size_t face, const Vector3& center, HeightRan
     const Vector3 corner = pointOf(mesh_.corner(face, k));
     triangle.corners[k] = corner - center;
     triangle.heights[k] = static_cast<float>(dot(corner, up_));
+  }
+  const auto [lowest, highest] =
+      std::minmax_element(triangle.heights.begin(), triangle.heights.end());
+  if (range.holds(*lowest, *highest)) {
+    return;
   }
   for (std::size_t k = 0; k < 3; ++k) {
     addCrossings(triangle, k, (k + 1) % 3, radius_, range);

@@ -21,6 +21,8 @@ class HeightRange
     lowest_ = std::min(lowest_, height);
     highest_ = std::max(highest_, height);
   }
+  /// Whether these two change nothing.
+  bool holds(float lowest, float highest) const { return lowest_ <= lowest && highest <= highest_; }
   /// Highest minus lowest; NaN of no heights.
   float size() const
   {
@@ -44,10 +46,12 @@ class LargeFaces
   LargeFaces(const MeshView& mesh, const RowsView& vertex_faces, double radius, const Vector3& up,
              unsigned threads);
 
-  bool empty() const { return touched_.empty(); }
+  /// Per vertex: whether one is at it; no vertices where there is none at all.
+  ArrayView<std::uint8_t> touched() const { return touched_; }
 
   /// Adds the least and the largest height that the surface of those at vertex `at`, which is
-  /// within the radius around vertex `center`, has within it; other corners count as vertices.
+  /// within the radius around vertex `center` and touched, has within it; other corners count as
+  /// vertices.
   void addHeights(std::size_t center, std::size_t at, HeightRange& range) const;
 
  private:

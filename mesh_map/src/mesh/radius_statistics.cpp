@@ -115,7 +115,8 @@ struct RadiusMesh
   std::vector<PackedPosition> positions;
   RowsView neighbors;
   RadiusAttributes attributes;
-  ArrayView<std::uint32_t> order;  // the index of each place; empty where they are the same
+  ArrayView<std::uint32_t> order;    // the index of each place; empty where they are the same
+  LargeArray<std::uint8_t> touched;  // by a large face, per place; empty where none is large
 
   std::size_t indexOf(std::uint32_t place) const { return order.empty() ? place : order[place]; }
 };
@@ -184,9 +185,11 @@ class RadiusWriter
       of_vertices[v] = range.size();
     }
     if (of_surface != nullptr) {
-      if (!large_faces_.empty()) {
+      if (mesh.touched.size() > 0) {
         for (const std::uint32_t u : members) {
-          large_faces_.addHeights(v, mesh.indexOf(u), range);
+          if (mesh.touched[u] != 0) {
+            large_faces_.addHeights(v, mesh.indexOf(u), range);
+          }
         }
       }
       of_surface[v] = range.size();
@@ -204,6 +207,17 @@ class RadiusWriter
 };
 
 constexpr std::size_t VERTICES_PER_CHUNK = 4096;
+
+/// What a mesh has beside positions and neighbors, in its order.
+void gather(const RadiusQuery& query, const LargeFaces& large_faces, RadiusMesh& mesh)
+{
+  mesh.attributes = gatherAttributes(query, mesh.order);
+  const ArrayView<std::uint8_t> touched = large_faces.touched();
+  mesh.touched.resize(touched.size());
+  for (std::uint32_t place = 0; place < touched.size(); ++place) {
+    mesh.touched[place] = touched[mesh.indexOf(place)];
+  }
+}
 
 void statisticsOfEach(const RadiusQuery& query, const RadiusMesh& mesh, const RadiusWriter& writer)
 {
@@ -342,8 +356,8 @@ struct EdgeSample
 };
 
 /// The pass in the order of a grid: see RadiusSearch::GRID.
-void statisticsByGrid(const RadiusQuery& query, RadiusMesh mesh, double edge_length,
-                      const RadiusWriter& writer)
+void statisticsByGrid(const RadiusQuery& query, const LargeFaces& large_faces, RadiusMesh mesh,
+                      double edge_length, const RadiusWriter& writer)
 {
   constexpr double edges_across_cell = 16.0;
   const bool has_size = edge_length > 0.0 && edge_length < 1e15;
@@ -370,7 +384,7 @@ void statisticsByGrid(const RadiusQuery& query, RadiusMesh mesh, double edge_len
   });
   mesh.order = {order.data(), count};
   mesh.neighbors = {{offsets.data(), count + 1}, {neighbors.data(), neighbors.size()}};
-  mesh.attributes = gatherAttributes(query, mesh.order);
+  gather(query, large_faces, mesh);
   statisticsOfGroups(query, mesh, writer);
 }
 
@@ -397,7 +411,7 @@ RadiusStatistics radiusStatistics(const RadiusQuery& query)
                              query.up, query.threads);
   }
   const RadiusWriter writer(query, large_faces, results);
-  RadiusMesh mesh{packPositions(query.positions), query.neighbors, {}, {}};
+  RadiusMesh mesh{packPositions(query.positions), query.neighbors, {}, {}, {}};
   const bool in_groups =
       query.search != RadiusSearch::EDGES && NeighborhoodGroup::fits(query.radius);
   if (in_groups && count > 0) {
@@ -406,11 +420,11 @@ RadiusStatistics radiusStatistics(const RadiusQuery& query)
     constexpr double much = 0.1;
     const EdgeSample edges(mesh.positions, mesh.neighbors);
     if (query.search == RadiusSearch::GRID || (count > large && edges.far > much)) {
-      statisticsByGrid(query, std::move(mesh), edges.mean_length, writer);
+      statisticsByGrid(query, large_faces, std::move(mesh), edges.mean_length, writer);
       return results;
     }
   }
-  mesh.attributes = gatherAttributes(query, {});
+  gather(query, large_faces, mesh);
   if (in_groups) {
     statisticsOfGroups(query, mesh, writer);
   } else {
