@@ -9,7 +9,7 @@ use all. docs/architecture.md says what each room is.
 CPP = {
     "mesh_map": [
         {"bindings"},
-        {"bvh/device", "collision", "paths"},
+        {"bvh/device", "collision", "paths", "reconstruction"},
         {"bvh/selection", "distance/obstacles"},
         {"bvh/closest", "bvh/rays", "distance/fast_marching"},
         {"bvh/tree", "distance/dijkstra", "mesh"},
@@ -47,9 +47,9 @@ PYTHON = {
     "example_mesh_navigation": [{""}],
     "mesh_map": [
         {"commands", "ros"},
-        {"io", "layers"},
+        {"io", "layers", "reconstruction"},
         {"map"},
-        {"costs", "distance"},
+        {"costs", "distance", "scans"},
         {"geometry"},
         {"spatial"},
         {"spatial/opencl"},
