@@ -226,6 +226,7 @@ void bindObstacleDistance(py::module_& module);
 void bindFastMarching(py::module_& module);
 void bindQueryKernels(py::module_& module);
 void bindTraceKernels(py::module_& module);
+void bindReconstruction(py::module_& module);
 void bindSignals(py::module_& module);
 void bindSpatial(py::module_& module);
 

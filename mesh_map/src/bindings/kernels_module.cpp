@@ -55,5 +55,6 @@ PYBIND11_MODULE(_kernels, module)
   bindFastMarching(module);
   bindQueryKernels(module);
   bindTraceKernels(module);
+  bindReconstruction(module);
   bindSignals(module);
 }
