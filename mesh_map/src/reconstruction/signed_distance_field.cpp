@@ -142,6 +142,15 @@ std::size_t SignedDistanceField::memory() const
          blocks_.index.size() * (blockMemory() + sizeof(blocks_.blocks[0]));
 }
 
+void SignedDistanceField::checkMemory()
+{
+  const std::size_t needed = memory();
+  if (needed > options_.memory_limit) {
+    blocks_.blocks.resize(blocks_.index.size());
+    throw FieldMemoryError(needed);
+  }
+}
+
 std::unique_ptr<VoxelBlock> SignedDistanceField::newBlock() const
 {
   auto block = std::make_unique<VoxelBlock>();
@@ -265,6 +274,7 @@ IntegrationCounts SignedDistanceField::integrate(const MeasuredPoints& measured,
     }
     counts.used += rays.size();
     const std::vector<PointNormal> normals = normals_.add(points, run);
+    checkMemory();
     run.each(rays.size(), RAYS, 0.0, [&](std::size_t i) {
       Ray& ray = rays[i];
       Vector3f way = along(ray.point, -1, ray.sensor);
@@ -357,10 +367,7 @@ void SignedDistanceField::addRays(const std::vector<Ray>& rays, const MeasuredPo
       if (one.block != last_key) {
         last_key = one.block;
         last = blocks_.index.add(one.block);
-        if (memory() > options_.memory_limit) {
-          blocks_.blocks.resize(blocks_.index.size());
-          throw FieldMemoryError(memory());
-        }
+        checkMemory();
       }
       numbers.push_back(last);
     }

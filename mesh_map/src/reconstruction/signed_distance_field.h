@@ -56,7 +56,7 @@ struct FieldState
 template <class T>
 using StateVector = std::vector<T>;
 
-/// Thrown before a field would need more memory than it may; nothing of the points was added.
+/// Thrown before a field would need much more memory than it may: by some MB more than it may.
 class FieldMemoryError : public std::runtime_error
 {
  public:
@@ -102,6 +102,7 @@ class SignedDistanceField
   void listBlocks(const Ray& ray, std::uint32_t number, std::vector<BlockRay>& listed) const;
   void addToBlock(std::uint32_t number, const Ray& ray, const MeasuredPoints& measured);
   std::size_t blockMemory() const;
+  void checkMemory();
   std::unique_ptr<VoxelBlock> newBlock() const;
 
   FieldOptions options_;

@@ -223,11 +223,11 @@ void SurfaceExtraction::makeTriangles(const VoxelBlocks& blocks, std::uint32_t n
         }
         for (const std::uint8_t edge : cubeTriangles(static_cast<std::uint8_t>(inside))) {
           const std::uint8_t start = edgeStart(edge);
-          const std::int32_t at[3] = {x + (start & 1), y + ((start >> 1) & 1), z + (start >> 2)};
-          std::uint32_t block = 0;
-          for (unsigned k = 0; k < 3; ++k) {
-            block |= (at[k] == BLOCK_SIDE ? 1u : 0u) << k;
-          }
+          const std::array<std::int32_t, 3> at = {x + (start & 1), y + ((start >> 1) & 1),
+                                                  z + (start >> 2)};
+          const std::uint32_t block = (at[0] == BLOCK_SIDE ? 1u : 0u) |
+                                      (at[1] == BLOCK_SIDE ? 2u : 0u) |
+                                      (at[2] == BLOCK_SIDE ? 4u : 0u);
           const std::size_t voxel =
               voxelInBlock(at[0] % BLOCK_SIDE, at[1] % BLOCK_SIDE, at[2] % BLOCK_SIDE);
           surface.corners.push_back((block << BLOCK_SHIFT) |
