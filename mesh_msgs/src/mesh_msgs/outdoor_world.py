@@ -1,11 +1,11 @@
 """A generated outdoor world of any size.
 
-Hills, a road, a path, walls, trees, and a bridge one can drive over and under. It is what a large
-scanned map is like, without a download: irregular triangles, steep and gentle ground, vertical
-walls, several components, and two levels at the bridge.
+Hills, a road, a path, walls, trees, stairs on request, and a bridge one can drive over and under.
+It is what a large scanned map is like, without a download: irregular triangles, steep and gentle
+ground, vertical walls, several components, and two levels at the bridge.
 """
 
-from typing import List
+from typing import List, Optional
 
 import numpy as np
 
@@ -16,10 +16,18 @@ from mesh_msgs.world.triangulation import triangulate
 from mesh_msgs.world.zoo_mesh import ZooMesh
 
 LEAST_FACES, MOST_FACES = 1_000, 10_000_000
+SIZES = 24.0, 100.0  # m, the smallest and the largest side
 _TRAITS = frozenset("boundary manifold oriented orientable multi_level".split())
 
 
-def outdoor_world(faces: int = 200_000, seed: int = 0) -> ZooMesh:
+def outdoor_world(
+    faces: int = 200_000,
+    seed: int = 0,
+    *,
+    size: Optional[float] = None,
+    trees: bool = True,
+    stairs: bool = False,
+) -> ZooMesh:
     """Generate an outdoor world of about `faces` triangles (within 2 %).
 
     The same arguments give the same bytes. Vertices are in meters around the origin, z up; the side
@@ -32,16 +40,22 @@ def outdoor_world(faces: int = 200_000, seed: int = 0) -> ZooMesh:
     vertex): `start` and `goal`, far apart on ground that can be driven on, a walled garden around
     the goal; `bridge_deck` in the middle of the bridge, and `under_bridge` on the road beneath it.
 
-    :raises ValueError: if `faces` is not within 1,000 .. 10,000,000.
+    :param size: the side of the world in meters, 24 to 100; None: as above.
+    :param trees: whether there are any; without them the world is one component.
+    :param stairs: steps of 17 cm up to a landing, and a ramp down behind it (`landing` is a place).
+    :raises ValueError: if `faces` is not within 1,000 .. 10,000,000, or `size` not within 24 .. 100.
     """
     # Written so that NaN is refused, too.
     if not LEAST_FACES <= faces <= MOST_FACES:
         raise ValueError(
             f"outdoor_world: faces = {faces}, but {LEAST_FACES} to {MOST_FACES} are possible"
         )
-    size = float(np.clip(60.0 * (faces / 200_000) ** 0.222, 24.0, 100.0))
+    if size is None:
+        size = float(np.clip(60.0 * (faces / 200_000) ** 0.222, *SIZES))
+    elif not SIZES[0] <= size <= SIZES[1]:
+        raise ValueError("outdoor_world: size = %s, but %g to %g m are possible" % (size, *SIZES))
     edge = size * float(np.sqrt(2.0 / faces))
-    layout = plan.WorldLayout(size, seed)
+    layout = plan.WorldLayout(size, seed, trees, stairs)
     terrain = Terrain(layout, seed, edge)
     parts = _parts(layout, terrain, edge, seed)
 
@@ -57,6 +71,8 @@ def _parts(layout: plan.WorldLayout, terrain: Terrain, edge: float, seed: int) -
     rng = np.random.default_rng([seed, 6])
     parts = [bridge.bridge(terrain.height, edge, rng)]
     parts += [structures.wall(wall, terrain.height, edge, rng) for wall in layout.walls]
+    if layout.stairs is not None:
+        parts.append(structures.stairs(layout.stairs, terrain.height, edge, rng))
     parts += [structures.trunk(tree, terrain.height, edge, rng) for tree in layout.trees]
     # Nobody drives on leaves: larger triangles.
     parts += [structures.crown(tree, terrain.height, 1.6 * edge, rng) for tree in layout.trees]
@@ -89,9 +105,16 @@ def _assemble(
     spots = {"start": layout.start, "goal": layout.goal, "under_bridge": (0.0, 0.0)}
     for name, where in spots.items():
         places[name] = vertices[np.square(ground - where).sum(axis=1).argmin()]
-    deck = vertices[len(ground) : len(ground) + len(parts[0].vertices)]
+    first = np.cumsum([len(ground)] + [len(part.vertices) for part in parts])
+    deck = vertices[first[0] : first[1]]
     high = (np.abs(deck[:, 1]) < 1.0) & (deck[:, 2] > plan.PATH_LEVEL)
     places["bridge_deck"] = deck[high][np.square(deck[high, :2]).sum(axis=1).argmin()]
+    if layout.stairs is not None:
+        number = 1 + len(layout.walls)
+        own = vertices[first[number] : first[number + 1]]
+        top = own[own[:, 2] >= own[:, 2].max() - 1e-3]
+        middle = top[:, :2].mean(axis=0)
+        places["landing"] = top[np.square(top[:, :2] - middle).sum(axis=1).argmin()]
     return ZooMesh(
         "outdoor_world",
         vertices,

@@ -30,6 +30,28 @@ class Wall(NamedTuple):
     height: float
 
 
+class Stairs(NamedTuple):
+    """Steps up along x to a landing, and a ramp down behind it; all lengths in meters."""
+
+    position: np.ndarray  # where the first step begins, in the middle of it
+    width: float = 2.0
+    steps: int = 6
+    tread: float = 0.3
+    rise: float = 0.17
+    landing: float = 2.0
+    ramp: float = 4.2
+
+    @property
+    def length(self) -> float:
+        """From the first step to the end of the ramp."""
+        return self.steps * self.tread + self.landing + self.ramp
+
+    @property
+    def middle(self) -> np.ndarray:
+        """(2,) of all of it."""
+        return self.position + [self.length / 2, 0.0]
+
+
 class Tree(NamedTuple):
     """A tree; all lengths in meters."""
 
@@ -52,15 +74,16 @@ class Hill(NamedTuple):
 class WorldLayout:
     """The plan of a world of the given side (meters) and seed."""
 
-    def __init__(self, size: float, seed: int):
+    def __init__(self, size: float, seed: int, trees: bool = True, stairs: bool = False):
         self.size = size
         rng = np.random.default_rng([seed, 1])
         self.start = np.array([-0.37, -0.22]) * size
         self.goal = np.array([0.27, 0.27]) * size
         self.garden_half = 0.085 * size
+        self.stairs = Stairs(np.array([-0.36, 0.27]) * size) if stairs else None
         self.hills = self._hills(rng)
         self.walls = self._walls(rng)
-        self.trees = self._trees(rng)
+        self.trees = self._trees(rng) if trees else []
 
     def road_x(self, y: np.ndarray) -> np.ndarray:
         """Return the x of the road's middle at y; straight along y at the bridge."""
@@ -156,6 +179,7 @@ class WorldLayout:
                 and np.linalg.norm(trails - spot, axis=1).min() > 1.3
                 and np.linalg.norm(np.array(places) - spot, axis=1).min() > 2.2
                 and (np.linalg.norm(standing - spot, axis=1) > 1.9).all()
+                and not self._is_at_stairs(spot)
             )
             if not clear:
                 continue
@@ -163,6 +187,12 @@ class WorldLayout:
             if len(trees) == wanted:
                 break
         return trees
+
+    def _is_at_stairs(self, spot: np.ndarray) -> bool:
+        if self.stairs is None:
+            return False
+        reach = np.array([self.stairs.length, self.stairs.width]) / 2 + 2.2
+        return bool((np.abs(spot - self.stairs.middle) < reach).all())
 
 
 def _tree(position: np.ndarray, shape: np.ndarray) -> Tree:

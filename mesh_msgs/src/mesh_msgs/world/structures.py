@@ -1,5 +1,7 @@
 """Walls and trees of the generated outdoor world."""
 
+from typing import NamedTuple, Optional
+
 import numpy as np
 
 from mesh_msgs.world import layout as plan
@@ -12,41 +14,108 @@ LEAVES, NEEDLES = np.array([96, 140, 52.0]), np.array([44, 92, 56.0])
 def wall(design: plan.Wall, height: Height, edge: float, rng: np.random.Generator) -> WorldPart:
     """A wall of dry stone: vertical sides that rise from the ground, and an uneven top."""
     middle, normals = plan.resample(design.line, min(edge, 1.2))
-    across = max(1, int(round(plan.WALL_THICKNESS / edge)))
-    offsets = (np.arange(across + 1) / across - 0.5) * plan.WALL_THICKNESS
-    top = middle[:, None] + normals[:, None] * offsets[None, :, None]
-    count = len(middle)
-    # The boundary of the grid of the top: right side, far end, left side, near end.
-    station = np.concatenate([np.arange(count), np.full(across, count - 1)])
-    station = np.concatenate([station, np.arange(count - 1)[::-1], np.zeros(across - 1, dtype=int)])
-    column = np.concatenate([np.zeros(count, dtype=int), np.arange(1, across + 1)])
-    column = np.concatenate([column, np.full(count - 1, across), np.arange(1, across)[::-1]])
-    ring = top[station, column]
-    ground = height(ring)
-    base = np.bincount(station, ground) / np.bincount(station)
     # Stones of about 0.3 m, not all of one height.
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(middle, axis=0), axis=1))])
     stone = rng.permutation(np.linspace(-0.05, 0.05, int(along[-1] / 0.3) + 1))
-    level = base + design.height * (1.0 + stone[(along / 0.3).astype(int)])
-    rough = 0.3 * min(edge, 0.2)
-    top_z = level[:, None] + rough * (rng.random((count, across + 1)) - 0.5)
-
+    raised = design.height * (1.0 + stone[(along / 0.3).astype(int)])
     rows = max(1, int(round(design.height / edge)))
-    size = len(ring)
-    share = (np.arange(1, rows) + 0.5 * (rng.random((size, rows - 1)) - 0.5)) / rows
-    side_z = ground[:, None] + share * (top_z[station, column] - ground)[:, None]
-    side = np.concatenate([np.repeat(ring, rows - 1, axis=0), side_z.reshape(-1, 1)], axis=1)
-    cap = np.concatenate([top.reshape(-1, 2), top_z.reshape(-1, 1)], axis=1)
+    block = _Block(middle, normals, plan.WALL_THICKNESS, raised, rows, 0.3 * min(edge, 0.2))
+    return block.part(height, edge, rng)
 
-    cap_index = size + len(side) + np.arange(count * (across + 1)).reshape(count, across + 1)
-    side_index = size + np.arange(len(side)).reshape(size, rows - 1)
-    columns = [np.arange(size)[:, None], side_index, cap_index[station, column][:, None]]
-    side_faces = random_faces(closed(np.concatenate(columns, axis=1)), rng)
-    faces = np.concatenate([side_faces, random_faces(cap_index, rng)])
-    vertices = np.concatenate([side, cap])
-    radius = np.full((count, 1), plan.WALL_THICKNESS / 2)
-    cover = np.concatenate([middle, radius], axis=1)
-    return WorldPart([ring], cover, vertices, mottled(STONE, len(vertices), rng, 0.30), faces)
+
+def stairs(
+    design: plan.Stairs, height: Height, edge: float, rng: np.random.Generator
+) -> WorldPart:
+    """Steps, a landing and a ramp, between vertical sides; the risers lean by a centimeter, so that
+    all that is driven on is seen from above."""
+    profile = [(0.0, 0.0)]
+    for step in range(design.steps):
+        begin, level = step * design.tread, (step + 1) * design.rise
+        profile += [(begin + _LEAN, level), (begin + design.tread, level)]
+    profile += [(profile[-1][0] + design.landing, profile[-1][1]), (design.length, 0.0)]
+    x, z = np.array(profile).T
+    pieces = np.maximum(1, np.rint(np.diff(x) / edge)).astype(int)
+    along = np.concatenate(
+        [np.linspace(*pair, count + 1)[:-1] for *pair, count in zip(x, x[1:], pieces)] + [x[-1:]]
+    )
+    middle = design.position + np.stack([along, np.zeros(len(along))], axis=1)
+    normals = np.tile([0.0, 1.0], (len(along), 1))
+    # The top ends a little above the ground, so that it and the ground never cross.
+    raised = np.interp(along, x, z) + _SILL
+    rows = max(1, int(round(raised.max() / edge)))
+    block = _Block(middle, normals, design.width, raised, rows)
+    level = height(design.middle[None])[0]
+    return block.part(height, edge, rng, level)
+
+
+_LEAN, _SILL = 0.01, 0.02  # m
+
+
+class _Block(NamedTuple):
+    """What stands on the ground with vertical sides, along a line seen from above."""
+
+    # (N, 2) stations along the middle, and their miter normals to the left
+    middle: np.ndarray
+    normals: np.ndarray
+    thickness: float
+    # (N,) meters of the top above the ground
+    raised: np.ndarray
+    # of triangles, in the sides
+    rows: int
+    # meters between the highest and the lowest noise of the top
+    rough: float = 0.0
+
+    def part(
+        self,
+        height: Height,
+        edge: float,
+        rng: np.random.Generator,
+        level: Optional[float] = None,
+    ) -> WorldPart:
+        """level: of the ground from which the top is measured; None: at each station its own."""
+        middle, normals, count = self.middle, self.normals, len(self.middle)
+        across = max(1, int(round(self.thickness / edge)))
+        offsets = (np.arange(across + 1) / across - 0.5) * self.thickness
+        top = middle[:, None] + normals[:, None] * offsets[None, :, None]
+        # The boundary of the grid of the top: right side, far end, left side, near end.
+        station = np.concatenate([np.arange(count), np.full(across, count - 1)])
+        station = np.concatenate(
+            [station, np.arange(count - 1)[::-1], np.zeros(across - 1, dtype=int)]
+        )
+        column = np.concatenate([np.zeros(count, dtype=int), np.arange(1, across + 1)])
+        column = np.concatenate([column, np.full(count - 1, across), np.arange(1, across)[::-1]])
+        ring = top[station, column]
+        ground = height(ring)
+        if level is None:
+            base = np.bincount(station, ground) / np.bincount(station)
+        else:
+            base = np.full(count, level)
+        top_z = (base + self.raised)[:, None]
+        top_z = top_z + self.rough * (rng.random((count, across + 1)) - 0.5)
+
+        rows, size = self.rows, len(ring)
+        share = (np.arange(1, rows) + 0.5 * (rng.random((size, rows - 1)) - 0.5)) / rows
+        side_z = ground[:, None] + share * (top_z[station, column] - ground)[:, None]
+        side = np.concatenate([np.repeat(ring, rows - 1, axis=0), side_z.reshape(-1, 1)], axis=1)
+        cap = np.concatenate([top.reshape(-1, 2), top_z.reshape(-1, 1)], axis=1)
+
+        cap_index = size + len(side) + np.arange(count * (across + 1)).reshape(count, across + 1)
+        side_index = size + np.arange(len(side)).reshape(size, rows - 1)
+        columns = [np.arange(size)[:, None], side_index, cap_index[station, column][:, None]]
+        side_faces = random_faces(closed(np.concatenate(columns, axis=1)), rng)
+        faces = np.concatenate([side_faces, random_faces(cap_index, rng)])
+        vertices = np.concatenate([side, cap])
+        colors = mottled(STONE, len(vertices), rng, 0.30)
+        return WorldPart([ring], self._cover(), vertices, colors, faces)
+
+    def _cover(self) -> np.ndarray:
+        """Discs over all of it; a wide one has several at each station."""
+        lanes = max(1, int(np.ceil(self.thickness / plan.WALL_THICKNESS)))
+        radius = self.thickness / lanes / 2 * (1.0 if lanes == 1 else 1.3)
+        offsets = (np.arange(lanes) + 0.5) / lanes * self.thickness - self.thickness / 2
+        places = self.middle[:, None] + self.normals[:, None] * offsets[None, :, None]
+        places = places.reshape(-1, 2)
+        return np.concatenate([places, np.full((len(places), 1), radius)], axis=1)
 
 
 def trunk(design: plan.Tree, height: Height, edge: float, rng: np.random.Generator) -> WorldPart:

@@ -120,6 +120,9 @@ class Terrain:
         self._road = road + near * (plan.ROAD_LEVEL - road)
         half = layout.garden_half
         pads = [(layout.start, 1.2, 3.5), (layout.goal, 1.3 * half, 1.3 * half + 3.0)]
+        if layout.stairs is not None:
+            reach = layout.stairs.length / 2 + 0.5
+            pads.append((layout.stairs.middle, reach, reach + 3.0))
         self._pads = [(c, inner, outer, self._wild(c[None])[0]) for c, inner, outer in pads]
 
     def _smoothed(self, line: np.ndarray) -> np.ndarray:
