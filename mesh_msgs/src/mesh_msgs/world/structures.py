@@ -1,6 +1,6 @@
 """Walls and trees of the generated outdoor world."""
 
-from typing import NamedTuple, Optional
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,8 +26,8 @@ def wall(design: plan.Wall, height: Height, edge: float, rng: np.random.Generato
 def stairs(
     design: plan.Stairs, height: Height, edge: float, rng: np.random.Generator
 ) -> WorldPart:
-    """Steps, a landing and a ramp, between vertical sides; the risers lean by a centimeter, so that
-    all that is driven on is seen from above."""
+    """Steps, a landing and a ramp, between vertical sides. The risers lean by a centimeter, so that
+    all of the top is seen from above; the end of the ramp is an edge of the ground."""
     profile = [(0.0, 0.0)]
     for step in range(design.steps):
         begin, level = step * design.tread, (step + 1) * design.rise
@@ -40,15 +40,16 @@ def stairs(
     )
     middle = design.position + np.stack([along, np.zeros(len(along))], axis=1)
     normals = np.tile([0.0, 1.0], (len(along), 1))
-    # The top ends a little above the ground, so that it and the ground never cross.
-    raised = np.interp(along, x, z) + _SILL
-    rows = max(1, int(round(raised.max() / edge)))
-    block = _Block(middle, normals, design.width, raised, rows)
-    level = height(design.middle[None])[0]
-    return block.part(height, edge, rng, level)
+    # Measured from a plane through the ground at both ends, not from the uneven ground between.
+    ground = np.interp(along, along[[0, -1]], height(middle[[0, -1]]))
+    raised = np.interp(along, x, z) + ground - height(middle)
+    rows = max(1, int(round(z.max() / edge)))
+    return _Block(middle, normals, design.width, raised, rows, ends_flush=True).part(
+        height, edge, rng
+    )
 
 
-_LEAN, _SILL = 0.01, 0.02  # m
+_LEAN = 0.01  # m
 
 
 class _Block(NamedTuple):
@@ -58,21 +59,17 @@ class _Block(NamedTuple):
     middle: np.ndarray
     normals: np.ndarray
     thickness: float
-    # (N,) meters of the top above the ground
+    # (N,) meters of the top above the ground at each station
     raised: np.ndarray
     # of triangles, in the sides
     rows: int
     # meters between the highest and the lowest noise of the top
     rough: float = 0.0
+    # whether the far end of the top is an edge of the ground, and no side is below it; the ground
+    # at a station is then that of its middle
+    ends_flush: bool = False
 
-    def part(
-        self,
-        height: Height,
-        edge: float,
-        rng: np.random.Generator,
-        level: Optional[float] = None,
-    ) -> WorldPart:
-        """level: of the ground from which the top is measured; None: at each station its own."""
+    def part(self, height: Height, edge: float, rng: np.random.Generator) -> WorldPart:
         middle, normals, count = self.middle, self.normals, len(self.middle)
         across = max(1, int(round(self.thickness / edge)))
         offsets = (np.arange(across + 1) / across - 0.5) * self.thickness
@@ -86,10 +83,10 @@ class _Block(NamedTuple):
         column = np.concatenate([column, np.full(count - 1, across), np.arange(1, across)[::-1]])
         ring = top[station, column]
         ground = height(ring)
-        if level is None:
-            base = np.bincount(station, ground) / np.bincount(station)
+        if self.ends_flush:
+            base = height(middle)
         else:
-            base = np.full(count, level)
+            base = np.bincount(station, ground) / np.bincount(station)
         top_z = (base + self.raised)[:, None]
         top_z = top_z + self.rough * (rng.random((count, across + 1)) - 0.5)
 
@@ -102,20 +99,43 @@ class _Block(NamedTuple):
         cap_index = size + len(side) + np.arange(count * (across + 1)).reshape(count, across + 1)
         side_index = size + np.arange(len(side)).reshape(size, rows - 1)
         columns = [np.arange(size)[:, None], side_index, cap_index[station, column][:, None]]
-        side_faces = random_faces(closed(np.concatenate(columns, axis=1)), rng)
-        faces = np.concatenate([side_faces, random_faces(cap_index, rng)])
+        grid = np.concatenate(columns, axis=1)
         vertices = np.concatenate([side, cap])
+        if self.ends_flush:
+            far = np.arange(count - 1, count + across)
+            cap_index[-1] = far
+            walls = np.roll(np.delete(grid, far, axis=0), 1 - count, axis=0)
+            side_faces = [random_faces(walls, rng), _fan(walls[0], far[-1])[:, ::-1]]
+            side_faces.append(_fan(walls[-1], far[0]))
+            faces = np.concatenate(side_faces + [random_faces(cap_index, rng)])
+            vertices, faces = _without_unused(vertices, faces, size)
+        else:
+            faces = np.concatenate([random_faces(closed(grid), rng), random_faces(cap_index, rng)])
         colors = mottled(STONE, len(vertices), rng, 0.30)
         return WorldPart([ring], self._cover(), vertices, colors, faces)
 
     def _cover(self) -> np.ndarray:
         """Discs over all of it; a wide one has several at each station."""
         lanes = max(1, int(np.ceil(self.thickness / plan.WALL_THICKNESS)))
+        # Side by side they leave gaps unless they overlap.
         radius = self.thickness / lanes / 2 * (1.0 if lanes == 1 else 1.3)
         offsets = (np.arange(lanes) + 0.5) / lanes * self.thickness - self.thickness / 2
         places = self.middle[:, None] + self.normals[:, None] * offsets[None, :, None]
         places = places.reshape(-1, 2)
         return np.concatenate([places, np.full((len(places), 1), radius)], axis=1)
+
+
+def _fan(column: np.ndarray, corner: int) -> np.ndarray:
+    """Triangles between the vertices of a column, from the ground to the top, and one beside."""
+    return np.stack([column[:-1], np.full(len(column) - 1, corner), column[1:]], axis=1)
+
+
+def _without_unused(vertices: np.ndarray, faces: np.ndarray, size: int) -> Any:
+    """Without vertices that no face has; indices count `size` vertices of the ring first."""
+    used = np.zeros(size + len(vertices), dtype=bool)
+    used[faces] = True
+    used[:size] = True
+    return vertices[used[size:]], (np.cumsum(used) - 1)[faces]
 
 
 def trunk(design: plan.Tree, height: Height, edge: float, rng: np.random.Generator) -> WorldPart:
