@@ -76,7 +76,8 @@ class Trajectory:
         where they are before or behind all."""
         moments = np.clip(np.asarray(times, np.float64), self.times[0], self.times[-1])
         if len(self.times) == 1:
-            before, after, share = 0, 0, np.zeros(moments.shape)
+            before = after = np.zeros(len(moments), np.int64)
+            share = np.zeros(len(moments))
         else:
             last = len(self.times) - 2
             before = np.clip(np.searchsorted(self.times, moments, "right") - 1, 0, last)

@@ -9,9 +9,11 @@ import tempfile
 import unittest
 
 import numpy as np
+import rosbag
 import rospy
 import rostest
 import tf2_ros
+from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from mesh_msgs.arrays import MeshGeometryStamped, MeshVertexCostsStamped
 from nav_msgs.msg import Odometry
@@ -28,6 +30,7 @@ from mesh_msgs import zoo
 from mesh_msgs.diagnostics_ros import OK, WARN
 from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import HeardDiagnostics
+from mesh_msgs.transform import rotation_and_translation
 
 GRID = zoo.grid()  # 10 m x 10 m, at the height 0
 
@@ -249,6 +252,97 @@ class SurfaceRobotTest(unittest.TestCase):
         robot.send("surface_robot/obstacles", MarkerArray([cube(0, 0, 0, action=Marker.DELETEALL)]))
         robot.drive(1.5, lambda position: position[0] > 6.0)
         wait_until(lambda: not ahead() or ahead() > 3, "an empty cloud")
+
+    def test_a_drive_is_an_ordinary_bag(self):
+        robot = self.robot(
+            "recorded",
+            mesh_file=self.map_file,
+            initial_pose=[2.0, 5.0],
+            scan_rate=10.0,
+            scan_rings=24,
+            scan_columns=180,
+            scan_duration=0.1,
+            scan_dropout=0.2,
+            odometry_noise=0.2,
+        )
+        robot.wait_for_pose()
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        path = os.path.join(folder.name, "drive.bag")
+        topics = ["/tf", "/tf_static"]
+        topics += [f"/recorded/{name}" for name in ("cloud", "odom", "surface_robot/pose")]
+        recorder = subprocess.Popen(
+            ["rosbag", "record", "--quiet", "-O", path, *topics, "__name:=recorder"]
+        )
+        self.addCleanup(recorder.kill)
+        robot.listen("cloud", PointCloud2)
+        wait_until(lambda: len(robot.heard["cloud"]) > 2, "clouds")
+        wait_until(lambda: os.path.exists(path + ".active"), "a recorder")
+        command = Twist()
+        command.linear.x, command.angular.z = 1.0, 1.0
+        first = len(robot.heard["cloud"])
+
+        def long_enough():
+            robot.send("cmd_vel", command)
+            rospy.rostime.wallsleep(0.02)
+            return len(robot.heard["cloud"]) > first + 12
+
+        wait_until(long_enough, "clouds of a drive")
+        recorder.send_signal(signal.SIGINT)
+        self.assertEqual(recorder.wait(30), 0)
+        heard = collections.defaultdict(list)
+        with rosbag.Bag(path) as bag:
+            for topic, message, _ in bag.read_messages():
+                heard[topic].append(message)
+        self.assertEqual(set(heard), set(topics))
+        buffer = tf2_ros.BufferCore(rospy.Duration(1000.0))
+        for message in heard["/tf"]:
+            for transform in message.transforms:
+                buffer.set_transform(transform, "bag")
+        for message in heard["/tf_static"]:
+            for transform in message.transforms:
+                buffer.set_transform_static(transform, "bag")
+        begin = heard["/recorded/surface_robot/pose"][0].header.stamp
+        end = heard["/recorded/surface_robot/pose"][-1].header.stamp
+        whole, moved = 0, 0.0
+        for cloud in heard["/recorded/cloud"]:
+            stamp = cloud.header.stamp
+            kinds = [("xyz", "<f4", 3), ("intensity", "<f4"), ("ring", "<u2"), ("time", "<f4")]
+            rows = np.frombuffer(cloud.data, kinds)
+            self.assertLess(rows["time"].max(), 0.1)
+            self.assertLess(rows["ring"].max(), 24)
+            if not begin < stamp or not stamp + rospy.Duration(0.1) < end:
+                continue
+            heights = []
+            for row in rows[::40]:
+                when = stamp + rospy.Duration.from_sec(float(row["time"]))
+                found = buffer.lookup_transform_core("map", "recorded_laser", when)
+                rotation, translation = rotation_and_translation(found)
+                heights.append((rotation @ row["xyz"] + translation)[2])
+            # Each point is on the floor from where the sensor was at its own time.
+            np.testing.assert_allclose(heights, 0, atol=1e-4)
+            one = [buffer.lookup_transform_core("map", "recorded_laser", t).transform.translation
+                   for t in (stamp, stamp + rospy.Duration(0.09))]
+            moved = max(moved, np.hypot(one[1].x - one[0].x, one[1].y - one[0].y))
+            whole += 1
+        self.assertGreater(whole, 5)
+        self.assertGreater(moved, 0.05)
+
+    def test_the_lidar_changes_while_it_runs(self):
+        robot = self.robot("changed", mesh_file=self.map_file, scan_rate=20.0, scan_rings=4)
+        robot.listen("cloud", PointCloud2)
+        clouds = robot.heard["cloud"]
+        wait_until(lambda: clouds, "a cloud")
+        client = Client("/changed/surface_robot", timeout=30)
+        self.addCleanup(client.close)
+        found = client.update_configuration({"scan_rings": 9, "scan_dropout": 7.0})
+        self.assertEqual((found["scan_rings"], found["scan_dropout"]), (9, 1.0))
+        wait_until(lambda: clouds[-1].width == 0, "a cloud without points")
+        client.update_configuration({"scan_dropout": 0.0})
+        rings = [("xyz", "<f4", 3), ("intensity", "<f4"), ("ring", "<u2"), ("time", "<f4")]
+        last = lambda: np.frombuffer(clouds[-1].data, rings)["ring"]  # noqa: E731
+        wait_until(lambda: len(last()) and 3 < last().max() < 9, "other rings")
+        self.assertIn("scan_dropout is 7.0, outside of", robot.output())
 
     def test_time_of_its_own(self):
         ticks = []

@@ -12,7 +12,6 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import read_parameters
-from mesh_map.io.point_cloud import cloud_points
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
 from mesh_navigation.base.messages import bare_pose, pose_from_message, velocity_of
@@ -136,9 +135,6 @@ def test_messages_carry_what_they_are_made_from():
     message = robot_messages.odometry("odom", "robot", pose, Velocity(1.0, 2.0, 3.0), None)
     assert velocity_of(message.twist.twist) == Velocity(1.0, 2.0, 3.0)
     assert message.pose.pose.position.y == 2.0
-    points = np.random.default_rng(0).normal(size=(40, 3)).astype(np.float32)
-    assert cloud_points(robot_messages.cloud(points, "laser", None)).tolist() == points.tolist()
-    assert len(cloud_points(robot_messages.cloud(points[:0], "laser", None))) == 0
 
 
 @pytest.mark.parametrize(
@@ -227,5 +223,5 @@ def test_markers_that_are_no_obstacles_are_named(wrong, text):
 
 def test_simulations_need_no_ros_node():
     code = "import sys, mesh_navigation.simulation.{} as m; sys.exit('rospy' in sys.modules)"
-    for module in ("driving", "scan", "robot_messages", "obstacle_messages", "placing"):
+    for module in ("driving", "robot_lidar", "robot_messages", "obstacle_messages", "placing"):
         subprocess.run([sys.executable, "-c", code.format(module)], check=True)

@@ -7,6 +7,35 @@ from mesh_map.base.parameter import Parameter
 
 MAP_TOPIC = "/move_base_flex/mesh_map/mesh"
 
+SCAN_PARAMETERS = (
+    Parameter("scan_rate", 5.0, 0.0, 100.0, "clouds in a second (Hz); 0: none"),
+    Parameter("scan_rings", 16, 1, 1024, "rays above each other"),
+    Parameter("scan_columns", 360, 1, 36000, "rays around"),
+    Parameter("scan_lowest", -0.6, -1.5707, 1.5707, "elevation of the lowest ring (rad)"),
+    Parameter("scan_highest", 0.26, -1.5707, 1.5707, "elevation of the highest ring (rad)"),
+    Parameter("scan_min_range", 0.3, 0.0, 1000.0, "m"),
+    Parameter("scan_max_range", 30.0, 0.1, 10000.0, "m"),
+    Parameter("scan_noise", 0.0, 0.0, 10.0, "of ranges (m, standard deviation)"),
+    Parameter("scan_dropout", 0.0, 0.0, 1.0, "share of the rays without a return, at random"),
+    Parameter(
+        "scan_reflect_range",
+        0.0,
+        0.0,
+        10000.0,
+        "m at which a white surface met upright is just seen, others nearer: at grazing incidence"
+        " no return; 0: all are seen",
+    ),
+    Parameter(
+        "scan_duration",
+        0.0,
+        0.0,
+        10.0,
+        "s of a revolution, column after column while the robot moves, at most the time between"
+        " two clouds; 0: all at once",
+    ),
+)
+"""Of the lidar; these change while the node runs, by dynamic_reconfigure, too."""
+
 PARAMETERS = (
     # The map.
     Parameter("mesh_file", "", description="map or mesh; empty: the map comes from mesh_topic"),
@@ -40,15 +69,7 @@ PARAMETERS = (
     Parameter("base_height", 0.0, 0.0, 100.0, "m"),
     Parameter("sensor_height", 0.8, 0.0, 100.0, "m"),
     Parameter("localization", True, description="publish where odom is in the map, exactly"),
-    # The scanner.
-    Parameter("scan_rate", 5.0, 0.0, 100.0, "clouds in a second (Hz); 0: none"),
-    Parameter("scan_rings", 16, 1, 1024, "rays above each other"),
-    Parameter("scan_columns", 360, 1, 36000, "rays around"),
-    Parameter("scan_lowest", -0.6, -1.5707, 1.5707, "elevation of the lowest ring (rad)"),
-    Parameter("scan_highest", 0.26, -1.5707, 1.5707, "elevation of the highest ring (rad)"),
-    Parameter("scan_min_range", 0.3, 0.0, 1000.0, "m"),
-    Parameter("scan_max_range", 30.0, 0.1, 10000.0, "m"),
-    Parameter("scan_noise", 0.0, 0.0, 10.0, "of ranges (m, standard deviation)"),
+    *SCAN_PARAMETERS,
 )
 """All but obstacles, see `mesh_navigation.simulation.obstacles.read_obstacles`."""
 

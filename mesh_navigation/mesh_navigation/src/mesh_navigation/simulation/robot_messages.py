@@ -5,7 +5,6 @@ from typing import Any, Sequence
 import numpy as np
 from geometry_msgs.msg import Transform, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
 from mesh_navigation.base.messages import bare_pose, twist_message
@@ -36,16 +35,6 @@ def odometry(parent: str, child: str, pose: Pose, velocity: Velocity, stamp: Any
     message.pose.pose = bare_pose(pose)
     message.twist.twist = twist_message(velocity)
     return message
-
-
-def cloud(points: np.ndarray, frame_id: str, stamp: Any) -> PointCloud2:
-    """(N,3) float32 points of a frame."""
-    count, data = len(points), np.ascontiguousarray(points, "<f4").tobytes()
-    fields = [
-        PointField(name, 4 * column, PointField.FLOAT32, 1) for column, name in enumerate("xyz")
-    ]
-    header = Header(0, stamp, frame_id)
-    return PointCloud2(header, 1, count, fields, False, 12, 12 * count, data, True)
 
 
 def above(height: float) -> Pose:

@@ -4,10 +4,11 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 from mesh_map.map.mesh_map import MeshMap
+from mesh_map.scans.lidar import LidarModel
 from mesh_msgs import zoo
 from mesh_navigation.base.pose import Pose, rotate
 from mesh_navigation.simulation.obstacles import Obstacle
-from mesh_navigation.simulation.scan import SimulatedScan
+from mesh_navigation.simulation.robot_lidar import RobotLidar
 from mesh_navigation.simulation.simulated_robot import SimulatedRobot
 
 from mesh_tools_test.driving.worlds import layer, with_layers
@@ -65,7 +66,7 @@ class Watcher:
 
     def __init__(self, mesh_map: MeshMap) -> None:
         self.mesh_map = mesh_map
-        self._scan = SimulatedScan(mesh_map, noise=0.01)
+        self._lidar = RobotLidar(mesh_map, LidarModel(noise=0.01))
         self._next = 0.0
         self._planned: List[Tuple[float, Obstacle]] = []
         self.present: List[Obstacle] = []
@@ -91,7 +92,10 @@ class Watcher:
     def _look(self, pose: Pose, now: float) -> None:
         up = rotate(pose.orientation, np.array([0.0, 0.0, SENSOR_HEIGHT]))
         sensor = pose._replace(position=pose.position + up)
-        cloud = self._scan.cloud(sensor, self.present).astype(np.float64)
+        self._lidar.follow(now, sensor)
+        scan = self._lidar.scan(self.present)
+        assert scan is not None  # a revolution takes no time
+        cloud = scan.points.astype(np.float64)
         axes = np.stack([rotate(pose.orientation, axis) for axis in np.eye(3)])
         one: Any = self.mesh_map.layers[OBSTACLE_LAYER]
         one.insert_cloud(self.mesh_map, cloud @ axes + sensor.position, sensor.position, now)

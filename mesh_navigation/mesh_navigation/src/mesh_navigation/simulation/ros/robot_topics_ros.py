@@ -2,7 +2,6 @@
 
 from typing import Any, Mapping
 
-import numpy as np
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped
@@ -10,12 +9,14 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
+from mesh_map.scans.cloud_message import cloud_message
+from mesh_map.scans.lidar import LidarScan
+
 from mesh_navigation.base.messages import pose_message
 from mesh_navigation.base.pose import Pose, transformed
 from mesh_navigation.simulation.obstacle_messages import ObstacleMarkers
 from mesh_navigation.simulation.robot_messages import (
     above,
-    cloud,
     odometry,
     odometry_origin,
     transform,
@@ -79,9 +80,9 @@ class RobotTopics:
         height = self._values["base_height"] + self._values["sensor_height"]
         return transformed(above(height), pose)
 
-    def tell_cloud(self, points: np.ndarray, stamp: rospy.Time) -> None:
-        """(N,3) float32 points in the sensor's frame."""
-        self._cloud.publish(cloud(points, self._values["sensor_frame"], stamp))
+    def tell_cloud(self, scan: LidarScan, stamp: rospy.Time) -> None:
+        """A revolution that began then."""
+        self._cloud.publish(cloud_message(scan, self._values["sensor_frame"], stamp))
 
     def tell_markers(self, markers: ObstacleMarkers, frame_id: str) -> None:
         """What is on the map."""

@@ -17,6 +17,7 @@ from mesh_map.base.parameter import misspelled, read_parameters
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.seams import stitched_faces
 from mesh_map.map.mesh_map import MeshMap
+from mesh_map.ros.parameter_server import ParameterServer
 from mesh_msgs import arrays, validation
 from mesh_msgs.diagnostics_ros import OK, WARN, Diagnostics, Status
 from mesh_msgs.text import one_line
@@ -26,13 +27,13 @@ from mesh_navigation.base.messages import pose_from_message, velocity_of
 from mesh_navigation.base.pose import Pose, vector_text
 from mesh_navigation.simulation.obstacle_messages import ObstacleMarkers
 from mesh_navigation.simulation.obstacles import is_within, read_obstacles
-from mesh_navigation.simulation.parameters import PARAMETERS, check_frames
+from mesh_navigation.simulation.parameters import PARAMETERS, SCAN_PARAMETERS, check_frames
 from mesh_navigation.simulation.placing import initial_pose, put_down
+from mesh_navigation.simulation.robot_lidar import RobotLidar, lidar_model
 from mesh_navigation.simulation.robot_messages import numbers_in
 from mesh_navigation.simulation.ros.robot_topics_ros import RobotTopics
 from mesh_navigation.simulation.ros.start_costs_ros import StartCosts
 from mesh_navigation.simulation.ros.step_time_ros import step_time
-from mesh_navigation.simulation.scan import SimulatedScan
 from mesh_navigation.simulation.simulated_robot import SimulatedRobot
 from mesh_navigation.simulation.surface_robot import SurfaceRobot
 from mesh_navigation.simulation.wheels import BaseLimits
@@ -66,10 +67,13 @@ class SurfaceRobotNode:
         self._costs: Optional[StartCosts] = None  # as long as they are waited for
         self._waiting: Optional[MeshMap] = None  # for its costs
         self._robot: Optional[SimulatedRobot] = None
-        self._scan: Optional[SimulatedScan] = None
+        self._lidar: Optional[RobotLidar] = None
         self._scan_left = 0.0
         self._obstruction, self._silent_until = "", 0.0
         self._diagnostics = Diagnostics("robot", self._status)
+        self._server = ParameterServer(
+            rospy.get_name(), SCAN_PARAMETERS, self._values, self._change
+        )
 
     def run(self) -> None:
         """Simulate until the node is shut down.
@@ -102,8 +106,8 @@ class SurfaceRobotNode:
             if self._stop.canceled:
                 return
             self._do_jobs()
-            if self._robot is not None and self._scan is not None:
-                self._step(self._robot, self._scan, seconds, stamp)
+            if self._robot is not None and self._lidar is not None:
+                self._step(self._robot, self._lidar, seconds, stamp)
             steps.tell()
 
     def _status(self) -> Status:
@@ -116,17 +120,19 @@ class SurfaceRobotNode:
         return Status(OK, f"the robot is on a map of {len(self._map.faces)} faces")
 
     def _step(
-        self, robot: SimulatedRobot, scan: SimulatedScan, seconds: float, stamp: rospy.Time
+        self, robot: SimulatedRobot, lidar: RobotLidar, seconds: float, stamp: rospy.Time
     ) -> None:
         robot.advance(seconds)
         self._topics.tell(robot.body, stamp)
         self._say_obstruction(robot.body.obstruction)
+        lidar.follow(stamp.to_sec(), self._topics.sensor_pose(robot.body.pose))
         self._scan_left -= seconds
         if self._scan_left <= 0 and self._values["scan_rate"]:
             self._scan_left = max(0.0, self._scan_left + 1 / self._values["scan_rate"])
             if self._topics.cloud_is_wanted:
-                pose = self._topics.sensor_pose(robot.body.pose)
-                self._topics.tell_cloud(scan.cloud(pose, self._markers.obstacles), stamp)
+                scan = lidar.scan(self._markers.obstacles)
+                if scan is not None:
+                    self._topics.tell_cloud(scan, stamp - rospy.Duration(lidar.duration))
 
     def _say_obstruction(self, obstruction: str) -> None:
         now = time.monotonic()
@@ -188,22 +194,27 @@ class SurfaceRobotNode:
         else:
             self._robot.body = body
         self._map = mesh_map
-        self._scan = SimulatedScan(
-            mesh_map,
-            rings=values["scan_rings"],
-            columns=values["scan_columns"],
-            lowest=min(values["scan_lowest"], values["scan_highest"]),
-            highest=max(values["scan_lowest"], values["scan_highest"]),
-            min_range=min(values["scan_min_range"], values["scan_max_range"] / 2),
-            max_range=values["scan_max_range"],
-            noise=values["scan_noise"],
-            seed=values["seed"] + 2,
-        )
+        self._lidar = self._made_lidar(mesh_map)
         self._topics.tell_markers(self._markers, mesh_map.frame_id)
         text = "%s: the robot is at %s on a map of %d faces; waiting for velocities on %s"
         place = vector_text(body.pose.position)
         name = rospy.resolve_name("cmd_vel")
         rospy.loginfo(text, rospy.get_name(), place, len(mesh_map.faces), name)
+
+    def _made_lidar(self, mesh_map: MeshMap) -> RobotLidar:
+        return RobotLidar(mesh_map, lidar_model(self._values), self._values["seed"] + 2)
+
+    def _change(self, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Parameters of the lidar, told by dynamic_reconfigure; all that are in force."""
+        self._values, complaints = read_parameters(SCAN_PARAMETERS, given, self._values)
+        for complaint in complaints:
+            rospy.logwarn("parameter ~%s", complaint)
+        self._jobs.put(self._take_other_lidar)
+        return self._values
+
+    def _take_other_lidar(self) -> None:
+        if self._map is not None:
+            self._lidar = self._made_lidar(self._map)
 
     def _wait_for_costs(self, topic: str, mesh_map: MeshMap) -> None:
         if mesh_map is not self._waiting:
@@ -261,6 +272,8 @@ class SurfaceRobotNode:
             if pose.fault() is None:
                 pose = put_down(self._map, pose)
             self._robot.put(pose)
+            if self._lidar is not None:
+                self._lidar.begin_anew()
         except MeshMapError as error:
             rospy.logwarn("%s: initialpose: %s", rospy.get_name(), error)
 
