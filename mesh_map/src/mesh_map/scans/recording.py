@@ -12,6 +12,25 @@ from mesh_map.scans.trajectory import Trajectory
 SCAN_RATE = 10.0  # Hz
 
 
+class Recording(NamedTuple):
+    """A drive of a robot with a lidar, as it is written into files.
+
+    truth, odometry: of the robot's base in the map's frame, with the same times and the same first
+        pose.
+    sensor_height: m of the lidar above the base.
+    scans: of the lidar; can be gone through once.
+    count: how many scans there are.
+    frame_id: of the map.
+    """
+
+    truth: Trajectory
+    odometry: Trajectory
+    sensor_height: float
+    scans: Iterator["RecordedScan"]
+    count: int
+    frame_id: str = "map"
+
+
 class RecordedScan(NamedTuple):
     """A scan and what is true.
 

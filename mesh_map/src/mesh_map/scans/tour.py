@@ -261,6 +261,7 @@ def tour(
     count: int = 8,
     seed: int = 0,
     speed: float = 1.0,
+    begin: float = 0.0,
     max_slope: float = MAX_SLOPE,
     radius: float = RADIUS,
     headroom: float = HEADROOM,
@@ -271,7 +272,7 @@ def tour(
         geometry: the mesh.
         waypoints: (K, 3) m that it drives through; None: `count` of its own, and back to the first.
         count, seed: see tour_waypoints().
-        speed: see drive().
+        speed, begin: see drive().
         max_slope, radius, headroom: see drivable_vertices().
 
     Raises:
@@ -280,4 +281,4 @@ def tour(
     drivable = drivable_vertices(geometry, max_slope=max_slope, radius=radius, headroom=headroom)
     own = waypoints is None
     places = tour_waypoints(geometry, drivable, count, seed) if own else waypoints
-    return drive(geometry, route(geometry, places, drivable, back=own), speed=speed)
+    return drive(geometry, route(geometry, places, drivable, back=own), speed=speed, begin=begin)

@@ -100,6 +100,14 @@ class Trajectory:
         up = rotations_of(self.orientations)[:, :, 2]
         return Trajectory(self.times, self.positions + height * up, self.orientations)
 
+    def resampled(self, rate: float) -> "Trajectory":
+        """Poses at the rate (Hz) at which they are to be told, from the first one on, as far as the
+        last. Who interpolates between those gets exactly this."""
+        count = int(np.floor((self.times[-1] - self.times[0]) * rate + 1e-9)) + 1
+        times = self.times[0] + np.arange(count) / rate
+        positions, rotations = self.at(times)
+        return Trajectory(times, positions, quaternions_of(rotations))
+
     @property
     def length(self) -> float:
         """m from pose to pose."""
