@@ -2,6 +2,7 @@
 """The node surface_robot, as its users meet it."""
 
 import collections
+import io
 import os
 import signal
 import subprocess
@@ -20,6 +21,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from server_process import program, write_map
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mesh_map.costs.combination import COMBINED_COSTS
@@ -126,6 +128,14 @@ class RobotProcess:
 
 def position_of(pose):
     return np.array([pose.position.x, pose.position.y, pose.position.z])
+
+
+def transforms_of(messages):
+    """Those of messages of a bag, in the class that tf2 wants."""
+    for message in messages:
+        data = io.BytesIO()
+        message.serialize(data)
+        yield from TFMessage().deserialize(data.getvalue()).transforms
 
 
 def cube(x, y, number=0, action=Marker.ADD, frame="map"):
@@ -296,12 +306,10 @@ class SurfaceRobotTest(unittest.TestCase):
                 heard[topic].append(message)
         self.assertEqual(set(heard), set(topics))
         buffer = tf2_ros.BufferCore(rospy.Duration(1000.0))
-        for message in heard["/tf"]:
-            for transform in message.transforms:
-                buffer.set_transform(transform, "bag")
-        for message in heard["/tf_static"]:
-            for transform in message.transforms:
-                buffer.set_transform_static(transform, "bag")
+        for transform in transforms_of(heard["/tf"]):
+            buffer.set_transform(transform, "bag")
+        for transform in transforms_of(heard["/tf_static"]):
+            buffer.set_transform_static(transform, "bag")
         begin = heard["/recorded/surface_robot/pose"][0].header.stamp
         end = heard["/recorded/surface_robot/pose"][-1].header.stamp
         whole, moved = 0, 0.0
