@@ -14,7 +14,8 @@ using Vector3f = std::array<float, 3>;
 
 constexpr float TYPICAL_RANGE = 10.0f;  // m from which on a point counts clearly less
 constexpr float LEAST_COSINE = 0.1f;    // of the incidence: its weight is never below
-constexpr float STEEP_COSINE = 0.9f;    // of the incidence, above which ray and normal are one way
+constexpr float STEEP_COSINE = 0.8f;    // of the incidence, above which ray and normal are one way
+constexpr float MOST_UNITS = MOST_WEIGHT * WEIGHT_UNITS;
 constexpr float CARVE_WEIGHT = 0.1f;
 constexpr float CARVE_WIDTH = 0.35f;    // voxels from a ray that are emptied
 constexpr unsigned MOST_OF_COLOR = 64;  // points that a color is the mean of
@@ -83,6 +84,13 @@ void visitCells(const Vector3f& a, const Vector3f& b, const std::array<std::int3
       return;
     }
   }
+}
+
+/// The nearest whole number of one that fits.
+template <class Whole>
+Whole rounded(float value)
+{
+  return static_cast<Whole>(static_cast<std::int32_t>(value < 0 ? value - 0.5f : value + 0.5f));
 }
 
 /// From 0 to 1 (not 1): the same for the same two numbers.
@@ -243,6 +251,7 @@ IntegrationCounts SignedDistanceField::integrate(const MeasuredPoints& measured,
     const std::size_t end = std::min(count, begin + BATCH);
     points.clear();
     rays.clear();
+    rays.reserve(end - begin);
     for (std::size_t i = begin; i < end; ++i) {
       const float* const point = measured.points.data() + 3 * i;
       const float* const origin = measured.origins.data() + (one_origin ? 0 : 3 * i);
@@ -420,13 +429,11 @@ void SignedDistanceField::addToBlock(std::uint32_t number, const Ray& ray,
   };
   const auto average = [&](std::size_t voxel, float distance, float weight) {
     std::uint16_t& sum = block.weights[voxel];
-    const float before = static_cast<float>(sum) * (1 / WEIGHT_UNITS);
-    const float all = before + weight;
-    const float mean =
-        (static_cast<float>(block.distances[voxel]) * before + distance * to_units * weight) / all;
-    block.distances[voxel] = static_cast<std::int16_t>(std::lrint(mean));
-    sum = static_cast<std::uint16_t>(
-        std::max(1L, std::lrint(std::min(all, MOST_WEIGHT) * WEIGHT_UNITS)));
+    std::int16_t& mean = block.distances[voxel];
+    const float units = weight * WEIGHT_UNITS, all = static_cast<float>(sum) + units;
+    const float before = static_cast<float>(mean);
+    mean = rounded<std::int16_t>(before + (distance * to_units - before) * (units / all));
+    sum = std::max<std::uint16_t>(1, rounded<std::uint16_t>(std::min(all, MOST_UNITS)));
   };
   const auto measure = [&](const std::array<std::int32_t, 3>& cell) {
     const Vector3f from_point = {cell[0] + 0.5f - ray.point[0], cell[1] + 0.5f - ray.point[1],
