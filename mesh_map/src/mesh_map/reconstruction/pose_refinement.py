@@ -1,0 +1,245 @@
+"""Poses of scans made better by the scans themselves: each is laid onto the surface of those before
+it, and where a place is seen again, the error of the loop is spread over a pose graph."""
+
+from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from mesh_map.base.cancel import CancelFlag
+from mesh_map.reconstruction.signed_distance import SignedDistanceField
+from mesh_map.registration.point_to_plane import PlaneTarget, Registration
+from mesh_map.registration.pose_graph import PoseEdge, optimized
+from mesh_map.registration.rigid import inverse, moved, numbers_of
+from mesh_map.scans.scan import Scan
+
+MOST_POINTS = 40_000  # of a scan that are kept for the surface of its surroundings
+_REGISTERED = 3_000  # of these that are laid onto another surface
+_KEY_DISTANCE, _KEY_ANGLE = 1.0, 0.5  # m and rad; nearer scans follow the one before them
+_BEFORE = 4  # key scans that make the surface which the next one is laid onto
+_ROUND = 3  # ... on either side of one, to which a loop is closed
+_LOOP_RADIUS, _LOOP_GAP = 10.0, 12  # m apart, and key scans between, of what may be a loop
+_LOOPS_OF_ONE = 3
+_LEAST_SHARE, _LEAST_COUNT = 0.7, 100  # of the points nearby that have to lie on the other surface
+_COARSE = 2.0  # voxels of surfaces that scans are laid onto: less falls between rings of a scan
+_RANGE_NOISE = 0.02  # m
+_CORRELATED = 50.0  # neighbors of a point that err with it
+_ODOMETRY = 0.03, 0.01  # share of the way, and rad per m, that given poses may be off
+_LEAST_ODOMETRY = 0.02, 0.005  # m, rad
+_GATE = 4.0  # standard deviations of odometry, that a scan may lie elsewhere
+_DOUBT = 3.0  # ... of a loop, from which on it counts less
+
+
+class _KeyScan(NamedTuple):
+    """points and origins: (N, 3) float32 in the scan's frame; few: of them for registration."""
+
+    number: int
+    points: np.ndarray
+    origins: np.ndarray
+    few: np.ndarray
+
+
+class RefinedPoses(NamedTuple):
+    """
+    Attributes:
+        poses: (4, 4) float64 for each scan, in their order; the first as it was.
+        key_scans: how many were laid onto others.
+        loops: how many times a place was recognized.
+        lost: key scans that lay on nothing before them; they keep the given motion.
+        moved: (2,) m: by how much poses were moved, the root of the mean square, and the most.
+    """
+
+    poses: List[np.ndarray]
+    key_scans: int
+    loops: int
+    lost: int
+    moved: Tuple[float, float]
+
+
+def refine_poses(
+    scans: Iterable[Scan],
+    *,
+    voxel_size: float,
+    max_range: float = 20.0,
+    progress: Callable[[str, float], None] = lambda stage, share: None,
+    cancel: Optional[CancelFlag] = None,
+) -> RefinedPoses:
+    """Lay scans onto each other.
+
+    The poses of the scans have to be about right: by odometry or a SLAM, drifting by some percent
+    of the way. Of each key scan 40,000 points stay in memory.
+
+    Args:
+        scans: in the order of their times; read once.
+        voxel_size: m, of the field that the scans are for.
+        max_range: m; points farther away are not used here.
+        progress: told a stage and which share of it is done (NaN: not known).
+        cancel: ends it with Canceled.
+    """
+    work = _Refinement(_COARSE * voxel_size, max_range, cancel)
+    for scan in scans:
+        work.add(scan)
+        progress("aligning scan %d" % len(work.given), float("nan"))
+    return work.finish(progress)
+
+
+class _Refinement:
+    def __init__(self, voxel_size: float, max_range: float, cancel: Optional[CancelFlag]) -> None:
+        self.given: List[np.ndarray] = []
+        self._voxel_size, self._max_range, self._cancel = voxel_size, max_range, cancel
+        self._keys: List[_KeyScan] = []
+        self._poses: List[np.ndarray] = []  # of key scans
+        self._edges: List[PoseEdge] = []
+        self._lost = 0
+
+    def add(self, scan: Scan) -> None:
+        self.given.append(np.array(scan.pose, np.float64))
+        if not self._is_key(self.given[-1]):
+            return
+        key = self._key_scan(scan, len(self.given) - 1)
+        if not self._keys:
+            self._keys.append(key)
+            self._poses.append(self.given[-1])
+            return
+        before = len(self._keys) - 1
+        step = inverse(self.given[self._keys[before].number]) @ self.given[-1]
+        sure = _odometry_information(step)
+        self._edges.append(PoseEdge(before, before + 1, step, sure))
+        guess = self._poses[before] @ step
+        target = self._surface(range(max(0, before + 1 - _BEFORE), before + 1), before)
+        prior = sure * _RANGE_NOISE**2 * _CORRELATED
+        found = self._registered(target, key, step, 3 * self._voxel_size, prior)
+        if found is not None:
+            off = numbers_of(inverse(step) @ found.pose)
+            found = found if off @ sure @ off < _GATE**2 else None
+        self._keys.append(key)
+        if found is None:
+            self._lost += 1
+            self._poses.append(guess)
+        else:
+            self._poses.append(self._poses[before] @ found.pose)
+            self._edges.append(_edge(before, before + 1, found, np.inf))
+
+    def _is_key(self, pose: np.ndarray) -> bool:
+        if not self._keys:
+            return True
+        step = inverse(self.given[self._keys[-1].number]) @ pose
+        turned = np.arccos(np.clip((np.trace(step[:3, :3]) - 1) / 2, -1, 1))
+        return bool(np.linalg.norm(step[:3, 3]) > _KEY_DISTANCE or turned > _KEY_ANGLE)
+
+    def _key_scan(self, scan: Scan, number: int) -> _KeyScan:
+        origins = np.zeros((1, 3), np.float32) if scan.origins is None else scan.origins
+        origins = np.broadcast_to(origins, scan.points.shape)
+        near = np.linalg.norm(scan.points - origins, axis=1) < self._max_range
+        points, origins = scan.points[near], origins[near]
+        random = np.random.default_rng(number)
+        if len(points) > MOST_POINTS:
+            kept = np.sort(random.permutation(len(points))[:MOST_POINTS])
+            points, origins = points[kept], origins[kept]
+        return _KeyScan(number, points, origins, _spread(points, self._voxel_size, random))
+
+    def _surface(self, keys: Iterable[int], frame: int) -> Optional[PlaneTarget]:
+        """Of some key scans, in the frame of one."""
+        field = SignedDistanceField(voxel_size=self._voxel_size)
+        back = inverse(self._poses[frame])
+        for number in keys:
+            pose = back @ self._poses[number]
+            key = self._keys[number]
+            field.integrate(
+                moved(pose, key.points), moved(pose, key.origins), cancel=self._cancel
+            )
+        surface = field.extract(least_weight=0.1, cancel=self._cancel)
+        return PlaneTarget(surface.vertices, surface.faces) if len(surface.faces) else None
+
+    def _registered(
+        self,
+        target: Optional[PlaneTarget],
+        key: _KeyScan,
+        pose: np.ndarray,
+        reach: float,
+        prior: Optional[np.ndarray] = None,
+    ) -> Optional[Registration]:
+        if target is None or not len(key.few):
+            return None
+        found = target.register(
+            key.points[key.few],
+            pose,
+            origins=key.origins[key.few],
+            prior=prior,
+            max_distance=reach,
+            min_distance=self._voxel_size / 2,
+            cancel=self._cancel,
+        )
+        if found is None or found.share < _LEAST_SHARE or found.count < _LEAST_COUNT:
+            return None
+        return found
+
+    def finish(self, progress: Callable[[str, float], None]) -> RefinedPoses:
+        loops: Dict[Tuple[int, int], PoseEdge] = {}
+        # What is a loop is seen better once the first ones are closed.
+        for _ in range(3):
+            before = len(loops)
+            self._close_loops(loops, progress)
+            self._poses = optimized(self._poses, self._edges + list(loops.values()))
+            if len(loops) == before:
+                break
+        poses = self._all_poses()
+        shifts = [np.linalg.norm(a[:3, 3] - b[:3, 3]) for a, b in zip(poses, self.given)]
+        most = float(max(shifts, default=0.0))
+        mean = float(np.sqrt(np.mean(np.square(shifts)))) if shifts else 0.0
+        return RefinedPoses(poses, len(self._keys), len(loops), self._lost, (mean, most))
+
+    def _close_loops(
+        self, loops: Dict[Tuple[int, int], PoseEdge], progress: Callable[[str, float], None]
+    ) -> None:
+        places = np.array([pose[:3, 3] for pose in self._poses]).reshape(-1, 3)
+        wanted: Dict[int, List[int]] = {}
+        for late in range(_LOOP_GAP, len(places)):
+            apart = np.linalg.norm(places[: late - _LOOP_GAP + 1] - places[late], axis=1)
+            near = np.argsort(apart, kind="stable")
+            for early in near[apart[near] < _LOOP_RADIUS][:_LOOPS_OF_ONE].tolist():
+                wanted.setdefault(early, []).append(late)
+        for done, (early, lates) in enumerate(sorted(wanted.items())):
+            progress("closing loops", done / len(wanted))
+            low, high = max(0, early - _ROUND), min(len(self._keys), early + _ROUND + 1)
+            target = self._surface(range(low, high), early)
+            for late in lates:
+                guess = inverse(self._poses[early]) @ self._poses[late]
+                reach = 0.5 if (early, late) in loops else 1.0
+                found = self._registered(target, self._keys[late], guess, reach)
+                if found is not None and found.residual < self._voxel_size / 2:
+                    loops[early, late] = _edge(early, late, found, _DOUBT)
+
+    def _all_poses(self) -> List[np.ndarray]:
+        """Those of key scans, and of the others by what the nearest key scan before was moved."""
+        poses = []
+        key = 0
+        for number, pose in enumerate(self.given):
+            while key + 1 < len(self._keys) and self._keys[key + 1].number <= number:
+                key += 1
+            step = inverse(self.given[self._keys[key].number]) @ pose
+            poses.append(self._poses[key] @ step)
+        return poses
+
+
+def _edge(first: int, second: int, found: Registration, doubt: float) -> PoseEdge:
+    noise = max(_RANGE_NOISE, found.residual)
+    information = found.information / (noise**2 * _CORRELATED)
+    return PoseEdge(first, second, found.pose, information, doubt)
+
+
+def _odometry_information(step: np.ndarray) -> np.ndarray:
+    way = float(np.linalg.norm(step[:3, 3]))
+    place = max(_LEAST_ODOMETRY[0], _ODOMETRY[0] * way)
+    turn = max(_LEAST_ODOMETRY[1], _ODOMETRY[1] * way)
+    return np.diag([place**-2] * 3 + [turn**-2] * 3)
+
+
+def _spread(points: np.ndarray, size: float, random: np.random.Generator) -> np.ndarray:
+    """Some of the points, one of each cell at most, so that near ground does not outweigh all."""
+    order = random.permutation(len(points))
+    for cell in (size, 2 * size, 4 * size):
+        cells = np.floor(points[order] / cell).astype(np.int64)
+        first = np.unique(cells, axis=0, return_index=True)[1]
+        if len(first) <= 2 * _REGISTERED:
+            break
+    return np.sort(order[np.sort(first)[:_REGISTERED]])

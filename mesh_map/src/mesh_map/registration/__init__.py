@@ -1,0 +1,1 @@
+"""Where a scan lies on a surface, and poses that agree with each other."""
