@@ -117,7 +117,9 @@ def test_points_are_within_the_ranges_only():
     distances = np.linalg.norm(lidar.measure(at(5, 5, 1.0)).points, axis=1)
     assert len(distances) > 100 and distances.min() >= 1.9999 and distances.max() <= 4.0001
     nothing = lidar.measure(at(500, 5, 1.0))
-    assert nothing.points.shape == (0, 3) and len(cloud_points(cloud_message(nothing, "l", None))) == 0
+    assert (
+        nothing.points.shape == (0, 3) and len(cloud_points(cloud_message(nothing, "l", None))) == 0
+    )
 
 
 def test_noise_is_along_the_rays():
@@ -269,7 +271,10 @@ def test_impossible_lidars_are_refused(wrong, text):
         ({"colors": np.zeros((3, 3), np.uint8)}, "colors of the shape .*for a mesh of"),
         ({"colors": np.zeros((len(GRID.vertices), 3))}, "type float64"),
         ({"reflectances": np.ones(5)}, "reflectances of the shape"),
-        ({"reflectances": np.full(len(GRID.faces), 1.5)}, "200 of 200 reflectances are not between"),
+        (
+            {"reflectances": np.full(len(GRID.faces), 1.5)},
+            "200 of 200 reflectances are not between",
+        ),
     ],
 )
 def test_arrays_of_another_mesh_are_refused(wrong, text):

@@ -17,6 +17,7 @@ from mesh_msgs.world.zoo_mesh import ZooMesh
 
 LEAST_FACES, MOST_FACES = 1_000, 10_000_000
 SIZES = 24.0, 100.0  # m, the smallest and the largest side
+LEAST_WITH_STAIRS = 38.0  # m, the smallest side that has room for them
 _TRAITS = frozenset("boundary manifold oriented orientable multi_level".split())
 
 
@@ -40,10 +41,11 @@ def outdoor_world(
     vertex): `start` and `goal`, far apart on ground that can be driven on, a walled garden around
     the goal; `bridge_deck` in the middle of the bridge, and `under_bridge` on the road beneath it.
 
-    :param size: the side of the world in meters, 24 to 100; None: as above.
+    :param size: the side of the world in meters, 24 to 100 (with stairs 38 to 100); None: as above.
     :param trees: whether there are any; without them the world is one component.
     :param stairs: steps of 17 cm up to a landing, and a ramp down behind it (`landing` is a place).
-    :raises ValueError: if `faces` is not within 1,000 .. 10,000,000, or `size` not within 24 .. 100.
+    :raises ValueError: if `faces` is not within 1,000 .. 10,000,000, or the side of the world not
+      within its limits.
     """
     # Written so that NaN is refused, too.
     if not LEAST_FACES <= faces <= MOST_FACES:
@@ -52,8 +54,10 @@ def outdoor_world(
         )
     if size is None:
         size = float(np.clip(60.0 * (faces / 200_000) ** 0.222, *SIZES))
-    elif not SIZES[0] <= size <= SIZES[1]:
-        raise ValueError("outdoor_world: size = %s, but %g to %g m are possible" % (size, *SIZES))
+    least = LEAST_WITH_STAIRS if stairs else SIZES[0]
+    if not least <= size <= SIZES[1]:
+        text = "outdoor_world: size = %s, but %g to %g m are possible"
+        raise ValueError(text % (size, least, SIZES[1]))
     edge = size * float(np.sqrt(2.0 / faces))
     layout = plan.WorldLayout(size, seed, trees, stairs)
     terrain = Terrain(layout, seed, edge)
@@ -113,8 +117,8 @@ def _assemble(
         number = 1 + len(layout.walls)
         own = vertices[first[number] : first[number + 1]]
         top = own[own[:, 2] >= own[:, 2].max() - 1e-3]
-        middle = top[:, :2].mean(axis=0)
-        places["landing"] = top[np.square(top[:, :2] - middle).sum(axis=1).argmin()]
+        away = np.square(top[:, :2] - layout.stairs.landing_middle).sum(axis=1)
+        places["landing"] = top[away.argmin()]
     return ZooMesh(
         "outdoor_world",
         vertices,

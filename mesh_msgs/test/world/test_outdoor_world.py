@@ -369,3 +369,36 @@ def test_seeds_differ():
 def test_refuses_other_sizes(faces):
     with pytest.raises(ValueError, match="^outdoor_world: faces = .*, but 1000 to 10000000 are"):
         outdoor_world(faces)
+
+
+@pytest.mark.parametrize("faces, seed", [(5_000, 1), (60_000, 0), (60_000, 2)])
+def test_of_a_given_side_with_stairs_and_without_trees(faces, seed):
+    mesh = outdoor_world(faces, seed, size=40.0, trees=False, stairs=True)
+    assert len(mesh.faces) == pytest.approx(faces, rel=0.02)
+    assert mesh.vertices[:, :2].min(0).tolist() == [-20, -20]
+    assert mesh.vertices[:, :2].max(0).tolist() == [20, 20]
+    # One oriented manifold surface, whose only border is that of the world.
+    edges, counts = undirected(mesh.faces)
+    assert counts.max() == 2 and len(np.unique(half_edges(mesh.faces), axis=0)) == 3 * len(
+        mesh.faces
+    )
+    border = mesh.vertices[np.unique(edges[counts == 1])]
+    assert (np.abs(border[:, :2]).max(axis=1) == 20).all()
+    count = len(mesh.vertices)
+    pairs = coo_matrix((np.ones(len(edges)), tuple(edges.T)), (count, count))
+    assert connected_components(pairs, directed=False)[0] == 1
+    assert np.square(normals(mesh)).sum(axis=1).min() > 0
+    # Six steps of 17 cm, in front of the landing.
+    x, y, z = mesh.places["landing"]
+    ahead = np.abs(mesh.vertices[:, 1] - y) < 0.9
+    treads = np.unique(mesh.vertices[ahead & (np.abs(mesh.vertices[:, 0] - x) < 4.0), 2].round(4))
+    steps = z - 0.17 * np.arange(6)
+    assert np.abs(treads[:, None] - steps).min(axis=0).max() < 0.02
+
+
+def test_refuses_other_sides():
+    for size in (23.0, 101.0, float("nan")):
+        with pytest.raises(ValueError, match="^outdoor_world: size = .*, but 24 to 100 m are"):
+            outdoor_world(1_000, size=size)
+    with pytest.raises(ValueError, match="^outdoor_world: size = 24.0, but 38 to 100 m are"):
+        outdoor_world(1_000, stairs=True)

@@ -74,7 +74,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_output_options(parser)
 
 
-def _numbers(group: "argparse._ArgumentGroup", name: str, default: float, unit: str, text: str) -> None:
+def _numbers(
+    group: "argparse._ArgumentGroup", name: str, default: float, unit: str, text: str
+) -> None:
     shown = "%s (default: %g)" % (text, default) if text else "default: %g" % default
     group.add_argument(name, type=float, default=default, metavar=unit, help=shown)
 

@@ -104,7 +104,9 @@ def _moments(bag: "rosbag.Bag", recording: Recording) -> Iterator[float]:
         odometry.pose.pose = _pose(position, orientation)
         odometry.twist.twist = Twist(Vector3(*linear[k].tolist()), Vector3(*angular[k].tolist()))
         bag.write(ODOMETRY, odometry, stamp)
-        true = PoseStamped(Header(0, stamp, frame), _pose(truth.positions[k], truth.orientations[k]))
+        true = PoseStamped(
+            Header(0, stamp, frame), _pose(truth.positions[k], truth.orientations[k])
+        )
         bag.write(TRUTH, true, stamp)
 
 

@@ -85,9 +85,7 @@ class LidarModel:
         elevation = np.repeat(np.array(middle) if self.rings == 1 else several, self.columns)
         around = np.tile(np.arange(self.columns) * (2 * math.pi / self.columns), self.rings)
         flat = np.cos(elevation)
-        return np.stack(
-            [flat * np.cos(around), flat * np.sin(around), np.sin(elevation)], axis=1
-        )
+        return np.stack([flat * np.cos(around), flat * np.sin(around), np.sin(elevation)], axis=1)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,9 @@ def check_folder(path: str, overwrite: bool) -> None:
     if not os.path.lexists(folder):
         return
     if not os.path.isdir(folder) or os.path.islink(folder):
-        raise MapFileError("exists", path, "it exists already, and is no folder", "name another one")
+        raise MapFileError(
+            "exists", path, "it exists already, and is no folder", "name another one"
+        )
     names = sorted(os.listdir(folder))
     others = [name for name in names if not _OURS.fullmatch(name)]
     if others:

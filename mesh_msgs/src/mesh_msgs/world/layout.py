@@ -51,6 +51,11 @@ class Stairs(NamedTuple):
         """(2,) of all of it."""
         return self.position + [self.length / 2, 0.0]
 
+    @property
+    def landing_middle(self) -> np.ndarray:
+        """(2,) of the landing."""
+        return self.position + [self.steps * self.tread + self.landing / 2, 0.0]
+
 
 class Tree(NamedTuple):
     """A tree; all lengths in meters."""
@@ -80,7 +85,7 @@ class WorldLayout:
         self.start = np.array([-0.37, -0.22]) * size
         self.goal = np.array([0.27, 0.27]) * size
         self.garden_half = 0.085 * size
-        self.stairs = Stairs(np.array([-0.36, 0.27]) * size) if stairs else None
+        self.stairs = Stairs(np.array([-0.385, 0.25]) * size) if stairs else None
         self.hills = self._hills(rng)
         self.walls = self._walls(rng)
         self.trees = self._trees(rng) if trees else []

@@ -23,15 +23,13 @@ def wall(design: plan.Wall, height: Height, edge: float, rng: np.random.Generato
     return block.part(height, edge, rng)
 
 
-def stairs(
-    design: plan.Stairs, height: Height, edge: float, rng: np.random.Generator
-) -> WorldPart:
+def stairs(design: plan.Stairs, height: Height, edge: float, rng: np.random.Generator) -> WorldPart:
     """Steps, a landing and a ramp, between vertical sides. The risers lean by a centimeter, so that
     all of the top is seen from above; the end of the ramp is an edge of the ground."""
-    profile = [(0.0, 0.0)]
+    profile = []
     for step in range(design.steps):
         begin, level = step * design.tread, (step + 1) * design.rise
-        profile += [(begin + _LEAN, level), (begin + design.tread, level)]
+        profile += [(begin + _LEAN * (step > 0), level), (begin + design.tread, level)]
     profile += [(profile[-1][0] + design.landing, profile[-1][1]), (design.length, 0.0)]
     x, z = np.array(profile).T
     pieces = np.maximum(1, np.rint(np.diff(x) / edge)).astype(int)
@@ -40,9 +38,11 @@ def stairs(
     )
     middle = design.position + np.stack([along, np.zeros(len(along))], axis=1)
     normals = np.tile([0.0, 1.0], (len(along), 1))
-    # Measured from a plane through the ground at both ends, not from the uneven ground between.
-    ground = np.interp(along, along[[0, -1]], height(middle[[0, -1]]))
-    raised = np.interp(along, x, z) + ground - height(middle)
+    # Level up to the ramp, whatever the ground below; that ends where the ground is there.
+    ground = height(middle)
+    levels = ground[0] + z
+    levels[-1] = ground[-1]
+    raised = np.interp(along, x, levels) - ground
     rows = max(1, int(round(z.max() / edge)))
     return _Block(middle, normals, design.width, raised, rows, ends_flush=True).part(
         height, edge, rng
@@ -115,14 +115,15 @@ class _Block(NamedTuple):
         return WorldPart([ring], self._cover(), vertices, colors, faces)
 
     def _cover(self) -> np.ndarray:
-        """Discs over all of it; a wide one has several at each station."""
-        lanes = max(1, int(np.ceil(self.thickness / plan.WALL_THICKNESS)))
-        # Side by side they leave gaps unless they overlap.
-        radius = self.thickness / lanes / 2 * (1.0 if lanes == 1 else 1.3)
+        """Discs over all of it; a wide one has several at each station, that overlap."""
+        lanes = int(np.ceil(self.thickness / plan.WALL_THICKNESS))
+        radius = self.thickness / max(lanes, 1) / 2
+        if lanes <= 1:
+            return np.concatenate([self.middle, np.full((len(self.middle), 1), radius)], axis=1)
+        middle, normals = plan.resample(self.middle, radius)
         offsets = (np.arange(lanes) + 0.5) / lanes * self.thickness - self.thickness / 2
-        places = self.middle[:, None] + self.normals[:, None] * offsets[None, :, None]
-        places = places.reshape(-1, 2)
-        return np.concatenate([places, np.full((len(places), 1), radius)], axis=1)
+        places = (middle[:, None] + normals[:, None] * offsets[None, :, None]).reshape(-1, 2)
+        return np.concatenate([places, np.full((len(places), 1), 1.3 * radius)], axis=1)
 
 
 def _fan(column: np.ndarray, corner: int) -> np.ndarray:

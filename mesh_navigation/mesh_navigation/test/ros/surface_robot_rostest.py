@@ -329,8 +329,10 @@ class SurfaceRobotTest(unittest.TestCase):
                 heights.append((rotation @ row["xyz"] + translation)[2])
             # Each point is on the floor from where the sensor was at its own time.
             np.testing.assert_allclose(heights, 0, atol=1e-4)
-            one = [buffer.lookup_transform_core("map", "recorded_laser", t).transform.translation
-                   for t in (stamp, stamp + rospy.Duration(0.09))]
+            one = [
+                buffer.lookup_transform_core("map", "recorded_laser", t).transform.translation
+                for t in (stamp, stamp + rospy.Duration(0.09))
+            ]
             moved = max(moved, np.hypot(one[1].x - one[0].x, one[1].y - one[0].y))
             whole += 1
         self.assertGreater(whole, 5)

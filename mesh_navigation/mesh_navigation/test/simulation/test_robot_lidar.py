@@ -25,9 +25,12 @@ def test_obstacles_hide_what_is_behind_them():
     pose = Pose.at((5, 5, 0.8), 0.5)
     lidar.follow(1.0, pose)
     bare, seen = lidar.scan(), lidar.scan([box])
-    assert bare.points.tolist() == Lidar(FLOOR, LidarModel(rings=31, columns=180)).measure(
-        pose_matrix(pose)
-    ).points.tolist()
+    assert (
+        bare.points.tolist()
+        == Lidar(FLOOR, LidarModel(rings=31, columns=180))
+        .measure(pose_matrix(pose))
+        .points.tolist()
+    )
     rays = LidarModel(rings=31, columns=180).directions()
     turned = np.array([rotate(pose.orientation, ray) for ray in rays])
     alone = box.ray_distances(pose.position, turned)
