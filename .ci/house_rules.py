@@ -18,7 +18,14 @@ NEVER_IMPORTED = {
     "mesh_navigation": ("h5py", "rviz"),
     "mbf_mesh_nav": ("h5py", "rviz", "mesh_map"),
 }
-ROS_AT_THE_RIM = ("rospy", "actionlib", "tf2_ros", "dynamic_reconfigure", "message_filters")
+ROS_AT_THE_RIM = (
+    "rospy",
+    "rosbag",
+    "actionlib",
+    "tf2_ros",
+    "dynamic_reconfigure",
+    "message_filters",
+)
 RIM = re.compile(r"(^|/)(ros|tf2_support|\w+_node|\w+_ros)\.py$|/ros/\w+\.py$")
 MAX_LINES, MAX_TEST_LINES = 700, 900
 CODE = (".py", ".cpp", ".h", ".cl")

@@ -20,7 +20,8 @@ FEW = ("--rings", 4, "--columns", 90, "--count", 3)
 def floor(tmp_path):
     path = str(tmp_path / "floor.h5")
     colors = np.tile(np.uint8([[1, 2, 3]]), (len(GRID.vertices), 1))
-    MapFile.write(path, Mesh(GRID.vertices, GRID.faces, vertex_colors=colors, frame_id="hall"))
+    faces = GRID.faces[:, ::-1].copy()  # looking down; the command turns them
+    MapFile.write(path, Mesh(GRID.vertices, faces, vertex_colors=colors, frame_id="hall"))
     return path
 
 

@@ -101,7 +101,9 @@ def run(arguments: argparse.Namespace) -> int:
         progress.stage("reading " + arguments.input)
         mesh, report = read_map(arguments.input, arguments.part, origin=NEEDED)
         notes += report.notes
-        geometry = MeshGeometry(mesh.parent_vertices, mesh.parent_faces, frame_id=mesh.frame_id)
+        geometry = MeshGeometry(
+            mesh.parent_vertices, mesh.parent_faces, frame_id=mesh.frame_id, orient=True
+        )
         colors = mesh.vertex_colors
         if colors is not None:
             colors = colors[: len(geometry.vertices)]

@@ -55,7 +55,7 @@ def drivable_vertices(
     faces = geometry.faces[free[geometry.faces].all(axis=1)]
     if not len(faces):
         text = "a robot can be nowhere on this mesh of %d faces" % len(geometry.faces)
-        hint = "a smaller radius, a higher max_slope, or faces that look up: see mesh_tool info"
+        hint = "a smaller radius, a higher max_slope, or faces that look up: orient=True"
         raise MeshMapError(text, hint)
     components = Topology(faces=faces, vertex_count=len(free)).components
     used = np.unique(faces)
