@@ -9,6 +9,7 @@ from mesh_map.base.parameter import read_parameters
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.scans.lidar import Lidar, LidarModel
 from mesh_map.scans.trajectory import Trajectory
+from mesh_map.spatial.hits import NO_FACE
 from mesh_msgs import zoo
 from mesh_navigation.base.pose import Pose, rotate
 from mesh_navigation.simulation.obstacles import Obstacle
@@ -62,6 +63,18 @@ def test_a_revolution_is_measured_from_where_the_robot_was():
     scan = lidar.scan()
     assert scan.time == expected.time and scan.points.tolist() == expected.points.tolist()
     assert scan.times.max() == pytest.approx(0.1 * 359 / 360)
+    # Obstacles hide the mesh from where the sensor was, too.
+    post = Obstacle.checked("cylinder", Pose.at((7, 5.5, 1)), (0.5, 0.5, 2))
+    hidden = RobotLidar(FLOOR, LidarModel(duration=0.1), seed=4)
+    for time, pose in poses.items():
+        hidden.follow(time, pose)
+    scan = hidden.scan([post])
+    met = scan.faces == NO_FACE
+    seen, rotations = Trajectory(times, positions, turns).at(
+        scan.time + np.float64(scan.times[met])
+    )
+    places = seen + np.einsum("nij,nj->ni", rotations, scan.points[met]) - post.pose.position
+    assert met.sum() > 20 and (np.hypot(*places[:, :2].T) < 0.25 + 1e-5).all()
     lidar.begin_anew()
     lidar.follow(20.0, Pose.at((1, 1, 1)))
     assert lidar.scan() is None
