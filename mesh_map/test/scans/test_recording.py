@@ -1,5 +1,6 @@
 """Drives that are recorded: in memory, as a folder of clouds and as a bag."""
 
+import errno
 import hashlib
 import io
 import os
@@ -19,6 +20,7 @@ from tf2_msgs.msg import TFMessage
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.scans import scan_folder
 from mesh_map.scans.bag_ros import write_bag
 from mesh_map.scans.lidar import Lidar, LidarModel
 from mesh_map.scans.odometry_drift import OdometryDrift
@@ -142,6 +144,20 @@ def test_folders_of_others_and_recordings_are_left_alone(tmp_path):
     with pytest.raises(MapFileError, match="does not exist"):
         write_scan_folder(str(tmp_path / "no" / "drive"), recorded())
     assert sorted(os.listdir(tmp_path)) == ["drive", "file"] and len(before) == 22
+
+
+def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch):
+    folder = str(tmp_path / "drive")
+    write_scan_folder(folder, recorded())
+    before = sorted(os.listdir(folder))
+
+    def full(*_arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setitem(scan_folder.FORMS, "ply", full)
+    with pytest.raises(MapFileError, match="drive: .* No space left .*make room on the disk"):
+        write_scan_folder(folder, recorded(), overwrite=True)
+    assert sorted(os.listdir(folder)) == before and os.listdir(tmp_path) == ["drive"]
 
 
 def test_what_ends_in_the_middle_leaves_nothing(tmp_path):

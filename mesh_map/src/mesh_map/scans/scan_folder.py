@@ -84,6 +84,8 @@ def write_scan_folder(
         except BaseException:  # also an interrupt: leave nothing behind
             shutil.rmtree(temporary, ignore_errors=True)
             raise
+    except MapFileError as error:  # of a file in a folder that is gone again
+        raise MapFileError(error.code, path, error.message, error.hint) from error
     except OSError as error:
         text = "the folder cannot be written: %s" % error.strerror
         raise MapFileError("save", path, text, "make room, or name another place") from error
@@ -96,7 +98,11 @@ def _replace(temporary: str, folder: str) -> None:
         return
     before = "%s.%s.tmp" % (folder, secrets.token_hex(4))
     os.rename(folder, before)
-    os.rename(temporary, folder)
+    try:
+        os.rename(temporary, folder)
+    except BaseException:
+        os.rename(before, folder)
+        raise
     for name in os.listdir(before):  # those of a recording alone, see check_folder
         os.unlink(os.path.join(before, name))
     os.rmdir(before)
