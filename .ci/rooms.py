@@ -50,7 +50,7 @@ PYTHON = {
         {"io", "layers", "reconstruction"},
         {"map"},
         {"scans"},
-        {"costs", "distance"},
+        {"costs", "distance", "registration"},
         {"geometry"},
         {"spatial"},
         {"spatial/opencl"},

@@ -439,16 +439,18 @@ void SignedDistanceField::addToBlock(std::uint32_t number, const Ray& ray,
     const Vector3f from_point = {cell[0] + 0.5f - ray.point[0], cell[1] + 0.5f - ray.point[1],
                                  cell[2] + 0.5f - ray.point[2]};
     const float distance = dot(ray.normal, from_point);
-    if (distance <= -truncation) {
+    if (std::abs(distance) >= truncation) {
       return;
     }
     const float beside = dot(from_point, from_point) - distance * distance;
     float weight = ray.weight / (1 + beside);
-    if (distance < -1) {
-      weight *= (truncation + distance) / (truncation - 1);
+    // The same on both sides: of distances that err, those that count less or not at all would else
+    // draw the surface away from them.
+    if (std::abs(distance) > 1) {
+      weight *= (truncation - std::abs(distance)) / (truncation - 1);
     }
     const std::size_t voxel = voxelOf(cell);
-    average(voxel, std::min(distance, truncation), weight);
+    average(voxel, distance, weight);
     if (std::abs(distance) > 1 || beside > 1) {
       return;
     }

@@ -12,7 +12,7 @@ from mesh_map.registration.pose_graph import PoseEdge, optimized
 from mesh_map.registration.rigid import inverse, moved, numbers_of
 from mesh_map.scans.scan import Scan
 
-MOST_POINTS = 40_000  # of a scan that are kept for the surface of its surroundings
+MOST_POINTS = 24_000  # of a scan that are kept for the surface of its surroundings
 _REGISTERED = 3_000  # of these that are laid onto another surface
 _KEY_DISTANCE, _KEY_ANGLE = 1.0, 0.5  # m and rad; nearer scans follow the one before them
 _BEFORE = 4  # key scans that make the surface which the next one is laid onto
@@ -66,7 +66,7 @@ def refine_poses(
     """Lay scans onto each other.
 
     The poses of the scans have to be about right: by odometry or a SLAM, drifting by some percent
-    of the way. Of each key scan 40,000 points stay in memory.
+    of the way. Of each key scan 24,000 points stay in memory.
 
     Args:
         scans: in the order of their times; read once.

@@ -1,7 +1,7 @@
 """A scan laid onto a surface: point-to-plane registration (Y. Chen and G. Medioni: Object Modelling
 by Registration of Multiple Range Images, 1992)."""
 
-from typing import NamedTuple, Optional
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from mesh_map.spatial.hits import NO_FACE
 from mesh_map.spatial.spatial_index import SpatialIndex
 
 _ENOUGH = 30  # points; fewer say nothing about six numbers
-_DONE = 1e-4, 2e-5  # m and rad; smaller steps are the last
+_DONE = 3e-4, 1e-4  # m and rad; smaller steps are the last
 _SHRINK = 0.6  # of the distance within which points count, from step to step
 _OVER = 0.9  # of the distance to the surface, that has to be along its normal
 _MOST_TURN = 0.1  # rad in a step
@@ -82,22 +82,15 @@ class PlaneTarget:
         """
         points = np.asarray(points, np.float64)
         starts = np.zeros(3) if origins is None else np.asarray(origins, np.float64)
+        # Rotations count as what they do to a point as far as most.
+        lever = max(float(np.sqrt(np.mean(np.sum(points**2, axis=1)))), 1e-3) if len(points) else 1
+        scale = np.array([1.0, 1.0, 1.0, lever, lever, lever])
         limit, guess = max_distance, pose
         information, residual = np.zeros((6, 6)), np.inf
         for _ in range(steps):
-            there, sensor = moved(pose, points), moved(pose, starts)
-            hits = self.index.closest_batch(
-                points=there, max_distance=limit, back_end="native", cancel=cancel
-            )
-            near = hits.faces != NO_FACE
-            normals = self.normals[np.where(near, hits.faces, 0)]
-            near &= np.einsum("ij,ij->i", normals, sensor - there) > 0
-            distances = np.einsum("ij,ij->i", normals, there - hits.positions)
-            # What lies beside the surface, not over it, has no plane there.
-            near &= np.abs(distances) > _OVER * hits.distances - 1e-3
-            if near.sum() < _ENOUGH:
+            near, normals, distances = self._matches(points, starts, pose, limit, cancel)
+            if len(near) < _ENOUGH:
                 return None
-            normals, distances = normals[near], distances[near]
             # The scan moves in its own frame: n . R (t + r x p), so that the derivatives are R^T n
             # and p x R^T n.
             own = normals @ pose[:3, :3]
@@ -109,27 +102,45 @@ class PlaneTarget:
             if prior is not None:
                 matrix = matrix + prior
                 right = right - prior @ numbers_of(inverse(guess) @ pose)
-            step = _solved(matrix, right)
-            step *= min(1.0, limit / max(np.linalg.norm(step[:3]), 1e-12))
-            step *= min(1.0, _MOST_TURN / max(np.linalg.norm(step[3:]), 1e-12))
+            step = _solved(matrix, right, scale)
+            step *= min(1.0, limit / max(float(np.linalg.norm(step[:3])), 1e-12))
+            step *= min(1.0, _MOST_TURN / max(float(np.linalg.norm(step[3:])), 1e-12))
             pose = pose @ motion(step)
             residual = float(np.sqrt(np.average(distances**2, weights=np.maximum(weights, 1e-12))))
             small = np.linalg.norm(step[:3]) < _DONE[0] and np.linalg.norm(step[3:]) < _DONE[1]
             if small and limit <= min_distance:
                 break
             limit = max(min_distance, _SHRINK * limit)
+        count = len(self._matches(points, starts, pose, limit, cancel)[0])
+        around = len(self._matches(points, starts, pose, max_distance, cancel)[0])
+        return Registration(pose, information, count, count / max(1, around), residual)
+
+    def _matches(
+        self,
+        points: np.ndarray,
+        starts: np.ndarray,
+        pose: np.ndarray,
+        limit: float,
+        cancel: Optional[CancelFlag],
+    ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points over the surface, seen from its front: which, (N,); the normals there, (N, 3); the
+        distances along these, (N,) m."""
+        there, sensor = moved(pose, points), moved(pose, starts)
         hits = self.index.closest_batch(
-            points=moved(pose, points), max_distance=max_distance, back_end="native", cancel=cancel
+            points=there, max_distance=limit, back_end="native", cancel=cancel
         )
-        count = int((hits.distances <= limit).sum())
-        around = max(1, int((hits.faces != NO_FACE).sum()))
-        return Registration(pose, information, count, count / around, residual)
+        near = np.flatnonzero(hits.faces != NO_FACE)
+        normals = self.normals[hits.faces[near]]
+        distances = np.einsum("ij,ij->i", normals, there[near] - hits.positions[near])
+        way = np.broadcast_to(sensor, there.shape)[near] - there[near]
+        # What lies beside the surface, not over it, has no plane there.
+        over = np.abs(distances) > _OVER * hits.distances[near] - 1e-3
+        over &= np.einsum("ij,ij->i", normals, way) > 0
+        return near[over], normals[over], distances[over]
 
 
-def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+def _solved(matrix: np.ndarray, right: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """The least squares solution; directions of which the matrix says nothing stay 0."""
-    # Rotations count as what they do at a distance of some meters, so that both have one scale.
-    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-12))
     values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
     told = values > _WEAK * values[-1]
     along = vectors[:, told]
