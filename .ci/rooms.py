@@ -11,7 +11,7 @@ CPP = {
         {"bindings"},
         {"bvh/device", "collision", "paths", "reconstruction"},
         {"bvh/selection", "distance/obstacles"},
-        {"bvh/closest", "bvh/rays", "distance/fast_marching"},
+        {"bvh/closest", "bvh/rays", "distance/fast_marching", "mesh/repair"},
         {"bvh/tree", "distance/dijkstra", "mesh"},
         {"base"},
     ],

@@ -229,5 +229,6 @@ void bindTraceKernels(py::module_& module);
 void bindReconstruction(py::module_& module);
 void bindSignals(py::module_& module);
 void bindSpatial(py::module_& module);
+void bindRepair(py::module_& module);
 
 }  // namespace mesh_map

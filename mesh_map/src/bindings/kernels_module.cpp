@@ -48,6 +48,7 @@ PYBIND11_MODULE(_kernels, module)
       .def("__enter__", [](BackgroundBlock& self) { self.loops.emplace(); })
       .def("__exit__", [](BackgroundBlock& self, const py::args&) { self.loops.reset(); });
   bindMesh(module);
+  bindRepair(module);
   bindSpatial(module);
   bindCollision(module);
   bindDijkstra(module);

@@ -94,7 +94,8 @@ py::tuple computeOrientation(Array vertices, Array faces, Array face_edges, Arra
   const auto flags = view<std::uint8_t>(edge_flags, "edge_flags", {edge_face_counts.shape(0)});
   const auto to = triple<double>(up, "up");
   Orientation result = unlocked([&] { return orientFaces(mesh, sides, counts, flags, to); });
-  return py::make_tuple(toArray(std::move(result.turned)), result.patch_count, result.conflicts);
+  return py::make_tuple(toArray(std::move(result.turned)), result.patch_count, result.conflicts,
+                        toArray(std::move(result.patches)));
 }
 
 py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors, Array faces,

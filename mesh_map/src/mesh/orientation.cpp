@@ -90,6 +90,7 @@ Orientation orientFaces(const MeshView& mesh, ArrayView<std::uint32_t> face_edge
       facesOfEdges(mesh.faces, face_edges, edge_face_counts);
   Orientation result;
   result.turned.assign(mesh.faceCount(), not_seen);
+  result.patches.assign(mesh.faceCount(), NO_INDEX);
   std::uint8_t* const turned = result.turned.data();
   PatchSums sums(mesh, up);
   std::vector<std::uint32_t> patch;
@@ -107,6 +108,7 @@ Orientation orientFaces(const MeshView& mesh, ArrayView<std::uint32_t> face_edge
     sums.begin(start);
     for (std::size_t i = 0; i < patch.size(); ++i) {
       const std::uint32_t face = patch[i];
+      result.patches[face] = static_cast<std::uint32_t>(result.patch_count - 1);
       sums.add(face, turned[face] != 0);
       for (unsigned k = 0; k < 3; ++k) {
         const std::size_t edge = face_edges[3 * std::size_t{face} + k];

@@ -13,7 +13,8 @@ namespace mesh_map {
 /// Which faces to turn (to list their corners the other way round).
 struct Orientation
 {
-  std::vector<std::uint8_t> turned;  ///< 1 per face that is to be turned
+  std::vector<std::uint8_t> turned;    ///< 1 per face that is to be turned
+  std::vector<std::uint32_t> patches;  ///< per face that of it; NO_INDEX of degenerate faces
   std::size_t patch_count = 0;
   std::size_t conflicts = 0;  ///< edges of two faces that disagree afterwards: of Moebius strips
 };

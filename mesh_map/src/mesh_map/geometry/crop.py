@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from typing import Any, Dict, Optional
 
 import numpy as np
-from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 from mesh_msgs.derived_mesh import DerivedMesh, derived_uuid
-from mesh_msgs.validation import check_geometry
 
 from mesh_map.base.errors import MeshMapError
+from mesh_map.geometry.submesh import checked_mesh, submesh
 
 # Of a cropped mesh: another number here gives all of them other UUIDs.
 _VERSION = 1
@@ -59,10 +58,7 @@ def crop(vertices: Any, faces: Any, region: Region, *, parent_uuid: str = "") ->
     Raises:
         MeshMapError: no face is in the region: where the mesh is; no mesh: what is wrong.
     """
-    findings = check_geometry(vertices, faces)
-    if findings:
-        raise MeshMapError("no usable mesh: %s" % (findings[0],))
-    vertices, faces = as_vertices(vertices), as_faces(faces)
+    vertices, faces = checked_mesh(vertices, faces)
     kept = np.flatnonzero(region.contains(vertices[faces].mean(1, dtype=np.float64)))
     if not len(kept):
         low, high = vertices.min(0).tolist(), vertices.max(0).tolist()
@@ -70,19 +66,8 @@ def crop(vertices: Any, faces: Any, region: Region, *, parent_uuid: str = "") ->
             " ".join("%.6g" % value for value in corner) for corner in (low, high)
         )
         raise MeshMapError("no face of %d has its middle in the region" % len(faces), bounds)
-    used, numbers = np.unique(faces[kept], return_inverse=True)
     parameters = {**region.parameters(), "version": _VERSION}
-    return DerivedMesh(
-        derived_uuid(parent_uuid, "crop", parameters),
-        parent_uuid,
-        vertices[used],
-        numbers.reshape(-1, 3).astype(np.uint32),
-        face_parents=kept,
-        vertex_parents=used[:, None],
-        vertex_weights=np.ones((len(used), 1)),
-        parent_vertex_count=len(vertices),
-        parent_face_count=len(faces),
-    )
+    return submesh(vertices, faces, kept, derived_uuid(parent_uuid, "crop", parameters), parent_uuid)
 
 
 def _in_polygon(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
