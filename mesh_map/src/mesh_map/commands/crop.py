@@ -28,7 +28,7 @@ _ON_BORDER = 1e-6  # so near to it, in parts of the largest coordinate
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_in_and_out(parser)
     text = "two corners, in meters in the map's frame"
-    parser.add_argument("--box", type=_box, metavar="X,Y,Z,X,Y,Z", help=text)
+    parser.add_argument("--box", type=parsed_box, metavar="X,Y,Z,X,Y,Z", help=text)
     parser.add_argument("--z", type=_heights, metavar="LO,HI", help="heights in meters")
     text = "corners of a polygon seen from above, at least three"
     parser.add_argument("--polygon", type=_corner, nargs="+", metavar="X,Y", help=text)
@@ -43,7 +43,8 @@ def _numbers(text: str, count: int) -> List[float]:
     return values
 
 
-def _box(text: str) -> Tuple[List[float], List[float]]:
+def parsed_box(text: str) -> Tuple[List[float], List[float]]:
+    """(the lower, the upper corner) of a box. Raises ValueError for what is none."""
     corners = np.reshape(_numbers(text, 6), (2, 3))
     return corners.min(0).tolist(), corners.max(0).tolist()
 
@@ -56,7 +57,7 @@ def _corner(text: str) -> List[float]:
     return _numbers(text, 2)
 
 
-_box.__name__, _heights.__name__ = "box (X,Y,Z,X,Y,Z)", "heights (LO,HI)"
+parsed_box.__name__, _heights.__name__ = "box (X,Y,Z,X,Y,Z)", "heights (LO,HI)"
 _corner.__name__ = "corner (X,Y)"
 
 

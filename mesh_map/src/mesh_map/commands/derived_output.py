@@ -55,6 +55,18 @@ def carried(
         originals, of_split = derived_with_copies(split, derived)
         result = carried_mesh(mesh, of_split)
         result = replace(result, seam_originals=originals if len(originals) else None)
+    return _with_source(result, mesh, derived, kind, parameters)
+
+
+def carried_to(mesh: Mesh, derived: DerivedMesh, kind: str, parameters: Mapping[str, Any]) -> Mesh:
+    """carried() to a mesh that was derived of this one with its copies along seams; which of the
+    vertices are copies then is left to the caller."""
+    return _with_source(carried_mesh(mesh, derived), mesh, derived, kind, parameters)
+
+
+def _with_source(
+    result: Mesh, mesh: Mesh, derived: DerivedMesh, kind: str, parameters: Mapping[str, Any]
+) -> Mesh:
     result.layer_parameters = carried_parameters(result.vertex_costs, mesh.layer_parameters, kind)
     result.source = {
         "derived": kind,
@@ -65,10 +77,30 @@ def carried(
     return result
 
 
-def saved(arguments: argparse.Namespace, mesh: Mesh, notes: List[str], head: str) -> int:
-    """Save the mesh, and say so; returns the exit code. head: what was done, for people."""
+def interpolated_layers(mesh: Mesh) -> List[str]:
+    """Notes for people: of the layers that a derived mesh has."""
+    if not mesh.vertex_costs:
+        return []
+    names = ", ".join(sorted(mesh.vertex_costs))
+    return ["interpolated, so mesh_map computes them anew: layers %s" % names]
+
+
+def saved(
+    arguments: argparse.Namespace,
+    mesh: Mesh,
+    notes: List[str],
+    head: str,
+    more: Optional[Mapping[str, Any]] = None,
+) -> int:
+    """Save the mesh, and say so; returns the exit code. head: what was done, for people; more: the
+    same for programs."""
     notes = notes + save_map(arguments, mesh)
-    value = {"input": arguments.input, "notes": notes, **saved_value(arguments, mesh)}
+    value = {
+        "input": arguments.input,
+        "notes": notes,
+        **(more or {}),
+        **saved_value(arguments, mesh),
+    }
     lines = [head, *("  note: " + note for note in notes), saved_line(value)]
     say(arguments, value, lines)
     return 0

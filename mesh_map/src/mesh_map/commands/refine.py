@@ -7,7 +7,13 @@ from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.formats.base.options import NEEDED
 from mesh_msgs_hdf5.labels.map_contents import read_map
 
-from mesh_map.commands.derived_output import add_in_and_out, carried, check_in_and_out, saved
+from mesh_map.commands.derived_output import (
+    add_in_and_out,
+    carried,
+    check_in_and_out,
+    interpolated_layers,
+    saved,
+)
 from mesh_map.commands.map_errors import as_map_errors
 from mesh_map.geometry.refinement import refine
 
@@ -36,10 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
             notes.append("no edge is longer than %g m: the mesh is as it was" % length)
         else:
             mesh = result
-            if mesh.vertex_costs:
-                names = ", ".join(sorted(mesh.vertex_costs))
-                text = "interpolated, so mesh_map computes them anew: layers %s"
-                notes.append(text % names)
+            notes += interpolated_layers(mesh)
         progress.stage("saving " + arguments.output)
         head = "%s: %d faces became %d" % (arguments.input, before, len(mesh.faces))
         return saved(arguments, mesh, notes, head)

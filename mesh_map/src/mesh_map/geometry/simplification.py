@@ -40,6 +40,7 @@ def simplify(
     face_count: Optional[int] = None,
     ratio: Optional[float] = None,
     regions: Optional[Any] = None,
+    originals: Optional[Any] = None,
     parent_uuid: str = "",
 ) -> Simplification:
     """Fewer faces, by edge collapses of meshoptimizer (after M. Garland and P. Heckbert: Surface
@@ -58,13 +59,15 @@ def simplify(
         ratio: the same as a part of the faces, above 0 to 1; with face_count the larger counts.
         regions: (F,) whole numbers: faces of one region are simplified by themselves, such as those
             of one label. None for one region.
+        originals: (V,) vertex indices: for each vertex that it is a copy of along a seam, and else
+            itself. Seams are borders, but the mesh without copies gets no fault either.
         parent_uuid: identity of the mesh; that of the result follows from it.
     Returns:
         Vertices in their order; faces whose parents are of their region: the nearest to the middle.
     Raises:
         MeshMapError: neither an error nor a number of faces, or one out of its range; a build
             without meshoptimizer; no mesh: what is wrong.
-        ValueError: another number of regions than faces.
+        ValueError: another number of regions than faces, or of originals than vertices.
     """
     target = _target(faces, max_error, face_count, ratio)
     if not _kernels._CAN_SIMPLIFY:
@@ -74,7 +77,7 @@ def simplify(
         )
     vertices, faces = checked_mesh(vertices, faces)
     numbers = _numbered(regions, len(faces))
-    surface = _Surface(vertices, faces, numbers)
+    surface = _Surface(vertices, faces, numbers, _checked_originals(originals, len(vertices)))
     frozen = np.zeros(len(faces), np.uint8)
     while True:
         found, found_regions, _ = _kernels._simplification(
@@ -135,19 +138,39 @@ def _numbered(regions: Optional[Any], count: int) -> np.ndarray:
     return np.unique(values, return_inverse=True)[1].reshape(-1).astype(np.uint32)
 
 
+def _checked_originals(originals: Optional[Any], count: int) -> np.ndarray:
+    if originals is None:
+        return np.arange(count, dtype=np.uint32)
+    values = np.asarray(originals)
+    if values.shape != (count,) or values.dtype.kind not in "iu" or (values >= count).any():
+        raise ValueError("originals need the index of a vertex for each of %d vertices" % count)
+    return values.astype(np.uint32)
+
+
 class _Surface:
     """The mesh before, and what of a simplified one does not go with it."""
 
-    def __init__(self, vertices: np.ndarray, faces: np.ndarray, regions: np.ndarray) -> None:
+    def __init__(
+        self,
+        vertices: np.ndarray,
+        faces: np.ndarray,
+        regions: np.ndarray,
+        originals: np.ndarray,
+    ) -> None:
         self._vertices, self._faces, self._regions = vertices, faces, regions
+        self._originals = originals
         self._index = SpatialIndex(vertices, faces)
         normals, without_area = face_normals(vertices, faces)
         self._normals = np.where(without_area[:, None], np.float32(0.0), normals)
-        self._topology = Topology(faces=faces, vertex_count=len(vertices))
+        self._topology = self._topology_of(faces)
         self._old_faults = _edge_keys(self._topology, _faulty(self._topology))
         self._old_borders = _edge_keys(self._topology, self._topology.border_edges)
         self._used = np.zeros(len(vertices), bool)
         self._used[faces] = True
+
+    def _topology_of(self, faces: np.ndarray) -> Topology:
+        """That of the mesh without copies."""
+        return Topology(faces=self._originals[faces], vertex_count=len(self._vertices))
 
     def fins(self, faces: np.ndarray) -> np.ndarray:
         """(N,) bool: pairs of faces back to back, which edge collapses leave behind where they fold
@@ -234,13 +257,14 @@ class _Surface:
         """((V,) bool, vertices at which there is a fault; (N,) the parents of the faces; the largest
         distance in meters from a vertex to the faces, infinite where it was not needed)."""
         bad = np.zeros(len(self._vertices), bool)
-        topology = Topology(faces=faces, vertex_count=len(self._vertices))
+        topology = self._topology_of(faces)
         keys = _edge_keys(topology, _faulty(topology))
         wrong = keys[~np.isin(keys, self._old_faults)]
         borders = _edge_keys(topology, topology.border_edges)
         wrong = np.concatenate([wrong, np.setxor1d(borders, self._old_borders, True)])
         bad[(wrong >> np.uint64(32)).astype(np.int64)] = True
         bad[(wrong & np.uint64(0xFFFFFFFF)).astype(np.int64)] = True
+        bad = bad[self._originals]
         parents, turned = self._parents(faces, regions)
         without_area = face_normals(self._vertices, faces)[1]
         bad[faces[(turned | without_area) & ~self._is_same(faces, parents)]] = True
@@ -272,7 +296,7 @@ class _Surface:
         # Of another region, or the back of a thin sheet: the nearest at one of the corners, which
         # are vertices of the mesh. These are few.
         for face in np.flatnonzero((self._regions[found] != regions) | are_turned()):
-            near = np.unique(np.concatenate([self._topology.faces_of(v) for v in faces[face]]))
+            near = np.unique(np.concatenate([self._topology.faces_of(v) for v in self._originals[faces[face]]]))
             near = near[self._regions[near] == regions[face]]
             fits = near[self._normals[near] @ normals[face] >= 0.0]
             near = fits if len(fits) else near
