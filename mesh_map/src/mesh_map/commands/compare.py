@@ -141,7 +141,7 @@ def _picture(
         "distance from truth [m]", mesh.faces, distances, SCALES["rainbow"], limits
     )
     view = arguments.view or usual_view(mesh.vertices, mesh.faces)
-    title = "%s: mean %s, 95 %% %s, complete %.1f %%" % (
+    title = "%s: mean %s, 95 %% within %s, %.1f %% complete" % (
         arguments.input.rsplit("/", 1)[-1],
         _length(found.accuracy.mean),
         _length(found.accuracy.p95),

@@ -1,6 +1,6 @@
 """Meshes made manifold: no edge of more than two faces, no vertex with several fans."""
 
-from typing import Any, NamedTuple, Optional
+from typing import Any, Dict, NamedTuple, Optional
 
 import numpy as np
 from mesh_msgs.derived_mesh import DerivedMesh, derived_uuid
@@ -9,7 +9,8 @@ from mesh_map import _kernels
 from mesh_map.base.digest import digest
 from mesh_map.base.errors import MeshMapError
 from mesh_map.geometry.normals import checked_up
-from mesh_map.geometry.orientation import orient_faces, orient_towards
+from mesh_map.geometry.components import face_areas
+from mesh_map.geometry.orientation import Orientation, orient_faces, orient_towards
 from mesh_map.geometry.submesh import checked_mesh
 from mesh_map.geometry.topology import Topology, quantity
 
@@ -52,7 +53,7 @@ def make_manifold(
     *,
     orient: bool = True,
     sensors: Optional[Any] = None,
-    up: Any = (0.0, 0.0, 1.0),
+    up: Optional[Any] = None,
     parent_uuid: str = "",
 ) -> Manifold:
     """A mesh without non-manifold edges and vertices, at the same places.
@@ -67,11 +68,11 @@ def make_manifold(
     Args:
         vertices: (V, 3) meters.
         faces: (F, 3) vertex indices.
-        orient: turn faces so that neighbors agree, and each piece shows its front: to the sensors,
-            or else upwards (see mesh_map.geometry.orientation). Faces that are turned against each
-            other part at edges of more than two faces: they are turned before, too.
-        sensors: (S, 3) meters, where sensors were.
-        up: (3,) of any length.
+        orient: turn faces so that neighbors agree. Faces that are turned against each other part at
+            edges of more than two faces: they are turned before, too.
+        sensors: (S, 3) meters, where sensors were: each piece shows its front to them then.
+        up: (3,) of any length: without sensors, pieces face there. With neither, each piece stays
+            as most of it is.
         parent_uuid: identity of the mesh; that of the result follows from it.
     Raises:
         MeshMapError: no mesh: what is wrong; only faces that name a vertex twice.
@@ -84,8 +85,11 @@ def make_manifold(
             return np.zeros(len(triangles), bool)
         topology = Topology(faces=triangles, vertex_count=len(points))
         if sensors is not None:
-            return orient_towards(points, triangles, topology, sensors, up).turned
-        return orient_faces(points, triangles, topology, checked_up(up)).turned
+            return orient_towards(points, triangles, topology, sensors).turned
+        if up is not None:
+            return orient_faces(points, triangles, topology, checked_up(up)).turned
+        found = orient_faces(points, triangles, topology, checked_up((0.0, 0.0, 1.0)))
+        return _fewest(found, face_areas(points, triangles))
 
     before = turned(vertices, faces)
     made = _kernels._manifold(vertices, _applied(before, faces))
@@ -106,7 +110,9 @@ def make_manifold(
     turned_count = int(np.count_nonzero(before[made["face_parents"]] ^ after))
     if not any(counts) and not turned_count:
         return Manifold(None, 0, 0, 0, 0, 0)
-    parameters = {"orient": orient, "up": list(map(float, up)), "version": _VERSION}
+    parameters: Dict[str, Any] = {"orient": orient, "version": _VERSION}
+    if up is not None:
+        parameters["up"] = checked_up(up).tolist()
     if sensors is not None:
         parameters["sensors"] = digest(np.asarray(sensors, np.float64))
     halves = np.where(parents[:, 0] == parents[:, 1], 1.0, 0.5)
@@ -122,6 +128,17 @@ def make_manifold(
         parent_face_count=len(faces),
     )
     return Manifold(derived, *counts, turned_count)
+
+
+def _fewest(found: Orientation, areas: np.ndarray) -> np.ndarray:
+    """(F,) bool: faces to be turned so that in each patch the smaller part of its area is."""
+    counts = found.patches < found.patch_count
+    patches = found.patches[counts]
+    of_patch = np.bincount(patches, areas[counts], found.patch_count)
+    turned_area = np.bincount(patches, areas[counts] * found.turned[counts], found.patch_count)
+    turned = found.turned.copy()
+    turned[counts] ^= (turned_area > 0.5 * of_patch)[patches]
+    return turned
 
 
 def _applied(turned: np.ndarray, faces: np.ndarray) -> np.ndarray:
