@@ -20,6 +20,7 @@ from mesh_map.commands.crop import parsed_box
 from mesh_map.commands.map_errors import as_map_errors
 from mesh_map.geometry.crop import Region
 from mesh_map.geometry.mesh_comparison import SAMPLES, MeshComparison, compare_meshes
+from mesh_map.geometry.topology import quantity
 from mesh_map.spatial.spatial_index import SpatialIndex
 
 NAME = "compare"
@@ -90,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _named(values: Dict[str, Any]) -> Dict[str, Any]:
-    """"truth" and "input" are the files already."""
+    """ "truth" and "input" are the files already."""
     values["soundness"] = {"truth": values.pop("truth"), "map": values.pop("mesh")}
     return values
 
@@ -151,7 +152,7 @@ def _picture(
 
 
 def _length(meters: float) -> str:
-    return "%.3g m" % meters if meters >= 1.0 else "%.3g mm" % (1000.0 * meters)
+    return "%.3g m" % meters if meters >= 1.0 else "%.3g mm" % round(1000.0 * meters, 3)
 
 
 def _lines(found: MeshComparison, arguments: argparse.Namespace) -> List[str]:
@@ -171,17 +172,14 @@ def _lines(found: MeshComparison, arguments: argparse.Namespace) -> List[str]:
         )
     lines.append("  normals to the other side: %.2f %%" % (100.0 * found.share_flipped))
     for name, sound in (("map", found.mesh), ("truth", found.truth)):
-        lines.append(
-            "  %s: %d faces, %d components, %.2f %% of the faces outside the largest, "
-            "%d border loops, %d non-manifold edges, %d edges of faces that disagree"
-            % (
-                name,
-                sound.faces,
-                sound.components,
-                100.0 * sound.share_outside_largest,
-                sound.border_loops,
-                sound.non_manifold_edges,
-                sound.inconsistent_edges,
-            )
+        parts = (
+            quantity(sound.faces, "faces"),
+            quantity(sound.components, "components"),
+            "%.2f %% of the faces outside the largest" % (100.0 * sound.share_outside_largest),
+            quantity(sound.border_loops, "border loops"),
+            quantity(sound.open_border_edges, "border edges") + " in none",
+            quantity(sound.non_manifold_edges, "non-manifold edges"),
+            quantity(sound.inconsistent_edges, "edges") + " of faces that disagree",
         )
+        lines.append("  %s: %s" % (name, ", ".join(parts)))
     return lines

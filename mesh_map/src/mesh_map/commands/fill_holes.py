@@ -97,7 +97,9 @@ def _prepared(
         progress.stage("dropping components")
         count = len(mesh.faces)
         parameters = {"min_faces": arguments.min_faces}
-        mesh = carried(mesh, partial(drop_components, **parameters), "components", parameters) or mesh
+        mesh = (
+            carried(mesh, partial(drop_components, **parameters), "components", parameters) or mesh
+        )
         dropped = count - len(mesh.faces)
         notes.append("dropped: %s of small components" % quantity(dropped, "faces"))
     return mesh

@@ -2,7 +2,7 @@
 
 import argparse
 from dataclasses import replace
-from typing import Any, List, Optional
+from typing import Any, Optional
 
 import numpy as np
 from mesh_msgs.derived_mesh import DerivedMesh
@@ -20,7 +20,7 @@ from mesh_map.commands.derived_output import (
     saved,
 )
 from mesh_map.commands.map_errors import as_map_errors
-from mesh_map.geometry.simplification import Simplification, simplify
+from mesh_map.geometry.simplification import simplify
 
 NAME = "simplify"
 HELP = "fewer faces within an error; borders, and those of labels and materials, stay as they are"

@@ -67,7 +67,9 @@ def crop(vertices: Any, faces: Any, region: Region, *, parent_uuid: str = "") ->
         )
         raise MeshMapError("no face of %d has its middle in the region" % len(faces), bounds)
     parameters = {**region.parameters(), "version": _VERSION}
-    return submesh(vertices, faces, kept, derived_uuid(parent_uuid, "crop", parameters), parent_uuid)
+    return submesh(
+        vertices, faces, kept, derived_uuid(parent_uuid, "crop", parameters), parent_uuid
+    )
 
 
 def _in_polygon(points: np.ndarray, corners: np.ndarray) -> np.ndarray:

@@ -101,9 +101,9 @@ def make_manifold(
     is_new = np.arange(len(parents)) >= len(vertices)
     points = vertices[parents[:, 0]]
     ends = parents[is_new]
-    points[is_new] = (0.5 * (vertices[ends[:, 0]].astype(np.float64) + vertices[ends[:, 1]])).astype(
-        np.float32
-    )
+    points[is_new] = (
+        0.5 * (vertices[ends[:, 0]].astype(np.float64) + vertices[ends[:, 1]])
+    ).astype(np.float32)
     after = turned(points, made["faces"])
     triangles = _applied(after, made["faces"])
     counts = [made[name] for name in Manifold._fields[1:5]]

@@ -119,9 +119,7 @@ def compare_meshes(
     near = truth_index.closest_batch(points=points).distances
     flipped = _flipped(vertices, faces[of_faces], points, near, truth_index, tolerance)
     what = "the truth" if reached is None else "what was reached of the truth"
-    truth_points, _ = _sampled(
-        truth_vertices, truth_faces, wanted, samples, rng, within, what
-    )
+    truth_points, _ = _sampled(truth_vertices, truth_faces, wanted, samples, rng, within, what)
     missed = index.closest_batch(points=truth_points).distances
     return MeshComparison(
         _distances(near, tolerance),

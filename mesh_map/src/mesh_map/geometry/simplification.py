@@ -83,7 +83,7 @@ def simplify(
         found, found_regions, _ = _kernels._simplification(
             vertices, faces, numbers, frozen, target, max_error
         )
-        is_fin = surface.fins(found)
+        is_fin = surface.fins(found, found_regions)
         found, found_regions = found[~is_fin], found_regions[~is_fin]
         found = surface.unfolded(found, found_regions)
         bad, parents, distance = surface.faults(found, found_regions, max_error)
@@ -109,9 +109,7 @@ def simplify(
     return Simplification(derived, distance, kept)
 
 
-def _target(
-    faces: Any, max_error: float, face_count: Optional[int], ratio: Optional[float]
-) -> int:
+def _target(faces: Any, max_error: float, face_count: Optional[int], ratio: Optional[float]) -> int:
     if not max_error >= 0.0:
         raise MeshMapError("max_error is %g, but it has to be 0 or more" % max_error)
     if face_count is None and ratio is None and math.isinf(max_error):
@@ -142,7 +140,8 @@ def _checked_originals(originals: Optional[Any], count: int) -> np.ndarray:
     if originals is None:
         return np.arange(count, dtype=np.uint32)
     values = np.asarray(originals)
-    if values.shape != (count,) or values.dtype.kind not in "iu" or (values >= count).any():
+    is_right = values.shape == (count,) and values.dtype.kind in "iu"
+    if not is_right or (values < 0).any() or (values >= count).any():
         raise ValueError("originals need the index of a vertex for each of %d vertices" % count)
     return values.astype(np.uint32)
 
@@ -164,17 +163,18 @@ class _Surface:
         self._normals = np.where(without_area[:, None], np.float32(0.0), normals)
         self._topology = self._topology_of(faces)
         self._old_faults = _edge_keys(self._topology, _faulty(self._topology))
-        self._old_borders = _edge_keys(self._topology, self._topology.border_edges)
+        parting = _parting(self._topology, regions)
+        self._old_borders = _edge_keys(self._topology, self._topology.border_edges | parting)
         self._used = np.zeros(len(vertices), bool)
-        self._used[faces] = True
+        self._used[originals[faces]] = True
 
     def _topology_of(self, faces: np.ndarray) -> Topology:
         """That of the mesh without copies."""
         return Topology(faces=self._originals[faces], vertex_count=len(self._vertices))
 
-    def fins(self, faces: np.ndarray) -> np.ndarray:
-        """(N,) bool: pairs of faces back to back, which edge collapses leave behind where they fold
-        a piece of surface up; without them the surface goes on below.
+    def fins(self, faces: np.ndarray, regions: np.ndarray) -> np.ndarray:
+        """(N,) bool: pairs of faces of a region back to back, which edge collapses leave behind
+        where they fold a piece of surface up; without them the surface goes on below.
 
         Those that the mesh has had are none.
         """
@@ -186,7 +186,8 @@ class _Surface:
         in_question[faces[topology.duplicate_faces]] = True
         places = np.flatnonzero(in_question[faces].all(axis=1))
         rows, which = _ordered(faces[places])
-        _, number, counts = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
+        of_region = np.column_stack([rows, regions[places]])
+        _, number, counts = np.unique(of_region, axis=0, return_inverse=True, return_counts=True)
         number = number.reshape(-1)
         fronts = np.bincount(number, which, len(counts))
         own = np.zeros(len(counts), bool)
@@ -202,7 +203,8 @@ class _Surface:
     def unfolded(self, faces: np.ndarray, regions: np.ndarray) -> np.ndarray:
         """The faces with edges flipped where a face was turned over and that turns it back."""
         faces = faces.copy()
-        turned = self._parents(faces, regions)[1]
+        parents, turned = self._parents(faces, regions)
+        turned &= ~self._is_same(faces, parents)
         for _ in range(_FLIP_ROUNDS):
             changed = self._flip(faces, regions, np.flatnonzero(turned))
             if not len(changed):
@@ -254,27 +256,31 @@ class _Surface:
     def faults(
         self, faces: np.ndarray, regions: np.ndarray, max_error: float
     ) -> Tuple[np.ndarray, np.ndarray, float]:
-        """((V,) bool, vertices at which there is a fault; (N,) the parents of the faces; the largest
-        distance in meters from a vertex to the faces, infinite where it was not needed)."""
+        """((V,) bool, vertices at which there is a fault; (N,) the parents of the faces; the
+        largest distance in meters from a vertex to the faces, infinite where it was not needed)."""
         bad = np.zeros(len(self._vertices), bool)
         topology = self._topology_of(faces)
         keys = _edge_keys(topology, _faulty(topology))
         wrong = keys[~np.isin(keys, self._old_faults)]
-        borders = _edge_keys(topology, topology.border_edges)
+        borders = _edge_keys(topology, topology.border_edges | _parting(topology, regions))
         wrong = np.concatenate([wrong, np.setxor1d(borders, self._old_borders, True)])
+        components = np.zeros(self._topology.component_count, bool)
+        components[self._topology.components[self._originals[faces[:, 0]]]] = True
+        bad |= self._used & ~components[self._topology.components]
         bad[(wrong >> np.uint64(32)).astype(np.int64)] = True
         bad[(wrong & np.uint64(0xFFFFFFFF)).astype(np.int64)] = True
         bad = bad[self._originals]
         parents, turned = self._parents(faces, regions)
-        without_area = face_normals(self._vertices, faces)[1]
-        bad[faces[(turned | without_area) & ~self._is_same(faces, parents)]] = True
+        bad[faces[turned & ~self._is_same(faces, parents)]] = True
         if bad.any() and math.isinf(max_error):
             return bad, parents, math.inf  # it will be measured when the other faults are gone
         left_out = self._used.copy()
-        left_out[faces] = False
+        left_out[self._originals[faces]] = False
         left_out = np.flatnonzero(left_out)
         if not len(left_out):
             return bad, parents, 0.0
+        if not len(faces):
+            return bad, parents, math.inf
         index = SpatialIndex(self._vertices, faces)
         distances = index.closest_batch(points=self._vertices[left_out]).distances
         bad[left_out[distances > max_error]] = True
@@ -285,18 +291,21 @@ class _Surface:
 
     def _parents(self, faces: np.ndarray, regions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """((N,) the faces of the mesh that are nearest to the middle of faces, of their regions;
-        (N,) bool, which of these show the other side there)."""
+        (N,) bool, which of these show the other side there, or none)"""
         middles = self._vertices[faces].mean(axis=1, dtype=np.float64)
-        normals = face_normals(self._vertices, faces)[0]
+        normals, without_area = face_normals(self._vertices, faces)
         found = self._index.closest_batch(points=middles).faces.astype(np.int64)
 
         def are_turned() -> np.ndarray:
-            return np.einsum("ij,ij->i", normals, self._normals[found]) < 0.0
+            turned = np.einsum("ij,ij->i", normals, self._normals[found]) < 0.0
+            return turned | without_area
 
         # Of another region, or the back of a thin sheet: the nearest at one of the corners, which
         # are vertices of the mesh. These are few.
         for face in np.flatnonzero((self._regions[found] != regions) | are_turned()):
-            near = np.unique(np.concatenate([self._topology.faces_of(v) for v in self._originals[faces[face]]]))
+            near = np.unique(
+                np.concatenate([self._topology.faces_of(v) for v in self._originals[faces[face]]])
+            )
             near = near[self._regions[near] == regions[face]]
             fits = near[self._normals[near] @ normals[face] >= 0.0]
             near = fits if len(fits) else near
@@ -314,6 +323,15 @@ def _ordered(faces: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
 
 def _faulty(topology: Topology) -> np.ndarray:
     return topology.non_manifold_edges | topology.inconsistent_edges
+
+
+def _parting(topology: Topology, regions: np.ndarray) -> np.ndarray:
+    """(E,) bool: edges of two faces, of different regions."""
+    parting = topology.edge_face_counts == 2
+    pairs = topology.edge_face_offsets[:-1][parting].astype(np.int64)
+    one, other = topology.edge_faces[pairs], topology.edge_faces[pairs + 1]
+    parting[parting] = regions[one] != regions[other]
+    return parting
 
 
 def _edge_keys(topology: Topology, which: np.ndarray) -> np.ndarray:
