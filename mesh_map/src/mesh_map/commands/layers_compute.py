@@ -3,7 +3,7 @@
 import argparse
 import difflib
 import re
-from typing import Any, Dict, List, Mapping, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import yaml
 from mesh_msgs_hdf5.commands._common import add_output_options, add_part, say
@@ -50,43 +50,80 @@ def run(arguments: argparse.Namespace) -> int:
     if not is_map_file(arguments.file):
         text = "it is no map file, so layers cannot be stored in it"
         raise MapFileError("format", arguments.file, text, "mesh_tool import IN OUT.h5")
-    with ProgressLine(arguments.quiet) as progress, as_map_errors(arguments.file) as notes:
+    wanted = WantedLayers(arguments.layers, arguments.config, arguments.set)
+    with ProgressLine(arguments.quiet) as progress:
+        entries, notes = store_layers(arguments.file, arguments.part, wanted, progress)
+    value = {"path": arguments.file, "layers": entries, "notes": notes}
+    say(arguments, value, ["  note: " + note for note in notes] + layer_lines(entries))
+    return 0
+
+
+class WantedLayers(NamedTuple):
+    """names: of layers, each perhaps with =TYPE; config: a YAML file, or None; values: of --set."""
+
+    names: Sequence[str]
+    config: Optional[str] = None
+    values: Sequence[str] = ()
+
+    def check(self, path: str) -> None:
+        """Refuse what is no layer or parameter, before there is a map at this path.
+
+        Raises:
+            MapFileError: what is wrong.
+        """
+        with as_map_errors(path), scanned_once():
+            values, _ = _configuration(path, None, self)
+            _check_set(self.values, map_parameters(values).layers)
+
+
+def store_layers(
+    path: str, part: Optional[str], wanted: WantedLayers, progress: ProgressLine
+) -> Tuple[List[Dict[str, Any]], List[str]]:
+    """Compute layers and store them in a map file.
+
+    Returns:
+        an entry for each layer, as `mesh_tool info` has them, with is_new; and notes.
+    Raises:
+        MapFileError: one has no result, or cannot be stored; then none of them is.
+    """
+    with as_map_errors(path) as notes:
 
         def tell(share: float, what: str) -> None:
             progress.stage(what)
             progress.part(share)
 
-        progress.stage("reading " + arguments.file)
+        progress.stage("reading " + path)
         with scanned_once():
-            values, names = _configuration(arguments)
+            values, names = _configuration(path, part, wanted)
             parameters = map_parameters(values)
-            _check_set(arguments.set, parameters.layers)
+            _check_set(wanted.values, parameters.layers)
             source = MapSource(parameters.mesh_file, parameters.mesh_part, parameters.origin)
             mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
             mesh_map.compute_layers(parameters.layers, tell, source.stored_costs)
         names = names or list(mesh_map.layers)
-        notes += _checked(arguments.file, mesh_map, names)
+        notes += _checked(path, mesh_map, names)
         present = [name for name in names if source.is_stored(mesh_map.layers[name])]
         missing = {name: mesh_map.layers[name] for name in names if name not in present}
         done = []
         if missing:
-            progress.stage("saving " + arguments.file)
+            progress.stage("saving " + path)
             done = source.save_layers(missing)
         unstored = [name for name in missing if name not in done]
         if unstored:
             notes.append("not stored: " + ", ".join(unstored) + ", which nobody could use again")
-    file = IsolatedMapFile(arguments.file, arguments.part)
+    file = IsolatedMapFile(path, part)
     entries = [
         dict(layer_summary(file, name), is_new=name in done)
         for name in names
         if name in done + present
     ]
-    value = {"path": arguments.file, "layers": entries, "notes": notes}
-    lines = ["  note: " + note for note in notes]
-    for entry in entries:
-        lines.append(values_text(entry) + ("" if entry["is_new"] else " (it was there already)"))
-    say(arguments, value, lines)
-    return 0
+    return entries, notes
+
+
+def layer_lines(entries: List[Dict[str, Any]]) -> List[str]:
+    """A line for people of each entry."""
+    there = " (it was there already)"
+    return [values_text(entry) + ("" if entry["is_new"] else there) for entry in entries]
 
 
 def _checked(path: str, mesh_map: MeshMap, names: List[str]) -> List[str]:
@@ -112,7 +149,7 @@ def _checked(path: str, mesh_map: MeshMap, names: List[str]) -> List[str]:
     return [remark] if remark else []
 
 
-def _check_set(texts: List[str], layers: Any) -> None:
+def _check_set(texts: Sequence[str], layers: Any) -> None:
     """Refuse names of parameters that the layers do not have, before anything is computed."""
     types = {each["name"]: each.get("type") for each in layers if isinstance(each, Mapping)}
     for text in texts:
@@ -130,27 +167,29 @@ def _check_set(texts: List[str], layers: Any) -> None:
             )
 
 
-def _configuration(arguments: argparse.Namespace) -> Tuple[Dict[str, Any], List[str]]:
+def _configuration(
+    path: str, part: Optional[str], wanted: WantedLayers
+) -> Tuple[Dict[str, Any], List[str]]:
     """The parameters as a node has them, and the names of the layers that are to be stored; none
     for all."""
     values: Dict[str, Any] = {"layers": []}
-    if arguments.config is not None:
-        values = dict(parameters_in_file(arguments.config))
+    if wanted.config is not None:
+        values = dict(parameters_in_file(wanted.config))
     listed = _names_in(values["layers"])
     names = []
-    for text in arguments.layers:
+    for text in wanted.names:
         name, _, type_name = text.partition("=")
         if name in listed and not type_name:
             names.append(name)
-        elif arguments.config is not None:
+        elif wanted.config is not None:
             known = ", ".join(listed) or "none"
-            raise MeshMapError("%s has no layer %s" % (arguments.config, name), "it has: " + known)
+            raise MeshMapError("%s has no layer %s" % (wanted.config, name), "it has: " + known)
         else:
             values["layers"].append({"name": name, "type": type_name or _type_of(name)})
             names.append(name)
-    for text in arguments.set:
+    for text in wanted.values:
         _set(values, text)
-    values["mesh_file"], values["mesh_part"] = arguments.file, arguments.part or ""
+    values["mesh_file"], values["mesh_part"] = path, part or ""
     return values, names
 
 

@@ -15,7 +15,6 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from mesh_map.base.errors import MeshMapError, error_line
 from mesh_map.geometry.topology import quantity
-from mesh_map.io.laser_scan import scan_points
 from mesh_map.io.point_cloud import cloud_points
 from mesh_map.layers.observation_sources import LASER_SCAN, ObservationSource
 from mesh_map.layers.obstacle import Transform
@@ -23,6 +22,7 @@ from mesh_map.layers.robot_outline import RobotOutline, listed_corners
 from mesh_map.ros.complaints import ThrottledWarnings
 from mesh_map.ros.ros_adapter import RosAdapter
 from mesh_map.ros.transforms import SharedTransforms
+from mesh_map.scans.laser_scan import scan_points
 
 _LOG = logging.getLogger("mesh_map")
 _PERIOD = 0.2  # seconds between two looks at what has become too old

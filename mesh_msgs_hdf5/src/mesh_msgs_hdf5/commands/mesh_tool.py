@@ -184,6 +184,16 @@ def run_exported(verb: List[str], argv: List[str], parent: int) -> int:
     from mesh_msgs_hdf5.verbs.verb_process import prepare_process
 
     prepare_process(parent)
+    return run_here(verb, argv)
+
+
+def run_here(verb: List[str], argv: List[str]) -> int:
+    """Run a verb of another package in this process, as a command of its own; returns the exit
+    code.
+
+    verb: the members of an ExportedVerb.
+    """
+    _open_streams()
     _escape_in_streams()
     name, module, package, _ = verb
     what = "verb %s of package %s" % (name, package)

@@ -33,6 +33,7 @@ FUNCTIONS: Dict[str, Tuple[str, str]] = {
     "delete_parts": ("mesh_msgs_hdf5.map_file.part_changes", "delete_parts"),
     "parts": ("mesh_msgs_hdf5.map_file.map_file", "parts_of"),
     "scans": ("mesh_msgs_hdf5.map_file.scans", "scan_summaries"),
+    "scan_rows": ("mesh_msgs_hdf5.map_file.scans", "scan_rows"),
     "check_scans": ("mesh_msgs_hdf5.map_file.scans", "check_scans"),
     "add_scans": ("mesh_msgs_hdf5.map_file.scans", "add_scans"),
     "delete_scans": ("mesh_msgs_hdf5.map_file.scans", "delete_scans"),

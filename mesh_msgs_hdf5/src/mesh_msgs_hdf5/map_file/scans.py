@@ -16,7 +16,7 @@ from mesh_msgs_hdf5.files.save import check_target, stamp
 from mesh_msgs_hdf5.formats.clouds.cloud import BLOCK_ROWS, POINTS, Cloud
 from mesh_msgs_hdf5.formats.clouds.pcd_cloud import read_pcd_cloud
 from mesh_msgs_hdf5.formats.clouds.ply_cloud import read_ply_cloud
-from mesh_msgs_hdf5.formats.clouds.poses import ScanPose, read_poses
+from mesh_msgs_hdf5.formats.clouds.poses import ScanPose, check_rigid, read_poses
 from mesh_msgs_hdf5.map_file.hdf5.chunks import CHUNK_ROWS
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_files import reading
 from mesh_msgs_hdf5.map_file.reading.layouts import find_parts
@@ -116,6 +116,16 @@ def scan_summaries(path: PathLike) -> List[Dict[str, Any]]:
     return found
 
 
+def scan_rows(path: PathLike, name: str, start: int, stop: int) -> Dict[str, np.ndarray]:
+    """Channel -> (n,) or (n, C) of the points of a scan from start to before stop: points, and all
+    others that summaries name. Raises MapFileError."""
+    with reading(path) as file:
+        root = root_of(path, file)
+        channels = summary_of(root, name)["channels"]
+        place = "%s/%s/" % (SCANS, name)
+        return {channel: dataset_at(root, place + channel)[start:stop] for channel in channels}
+
+
 def check_scans(path: PathLike) -> List[Tuple[str, str, str]]:
     """(code, scan, message) of all that is wrong with scans; every array is read, in blocks."""
     wrong: List[Tuple[str, str, str]] = []
@@ -157,13 +167,16 @@ def add_scans(
     images: Sequence[str] = (),
     intrinsics: Optional[Sequence[float]] = None,
     scan: Optional[str] = None,
+    matrices: Optional[np.ndarray] = None,
+    times: Optional[np.ndarray] = None,
 ) -> Dict[str, List[str]]:
     """Add scans to a map file, in one step; returns their `names`, and `notes`.
 
     clouds: PLY or PCD files, one for each scan. poses: a file with a pose for each, in KITTI's or
     TUM's format; without it they are where PCD's VIEWPOINT says, else where the map is. images: PNG
     or JPEG files of the only cloud, or of a scan that is there; intrinsics: fx, fy, cx, cy of all
-    of them. Raises MapFileError.
+    of them. matrices: (N, 4, 4) instead of a file of poses, and times: (N,) s, NaN for none. Raises
+    MapFileError.
     """
     check_target(path, overwrite=True)
     expected = stamp(path)
@@ -171,7 +184,10 @@ def add_scans(
     for cloud in read:
         cloud.channels()
     notes: List[str] = []
-    found = read_poses(poses) if poses else [_viewpoint(cloud, notes) for cloud in read]
+    if matrices is not None:
+        found = _given_poses(path, matrices, times)
+    else:
+        found = read_poses(poses) if poses else [_viewpoint(cloud, notes) for cloud in read]
     unused = [cloud for cloud in read if poses and not _is_identity(cloud.viewpoint)]
     if unused:
         text = "the poses of --poses count, not the VIEWPOINT of %d PCD files, first %s"
@@ -207,6 +223,16 @@ def add_scans(
         room += sum(2 * cloud.count * cloud.dtype.itemsize + (1 << 20) for cloud in read)
         save_built(path, build, room, expected=expected)
     return {"names": names or [str(scan)], "notes": notes}
+
+
+def _given_poses(path, matrices, times):
+    """The poses of arrays."""
+    found = []
+    for i, matrix in enumerate(np.asarray(matrices, np.float64)):
+        check_rigid(path, "scan %d" % i, matrix)
+        time = np.nan if times is None else float(times[i])
+        found.append(ScanPose(matrix, time if np.isfinite(time) else None))
+    return found
 
 
 def _viewpoint(cloud, notes):

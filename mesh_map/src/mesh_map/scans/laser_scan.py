@@ -1,11 +1,24 @@
 """The points of a sensor_msgs/LaserScan as an array."""
 
 import math
-from typing import Any, Tuple
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
 from mesh_map.base.errors import MeshMapError
+
+
+class Beams(NamedTuple):
+    """The beams of a scan.
+
+    directions: (N, 3) float64, of length 1, in the frame of the scan.
+    ranges: (N,) float64 m, as they are.
+    met: (N,) bool, which have met something.
+    """
+
+    directions: np.ndarray
+    ranges: np.ndarray
+    met: np.ndarray
 
 
 def scan_points(message: Any, inf_is_valid: bool = False) -> Tuple[np.ndarray, np.ndarray]:
@@ -19,6 +32,20 @@ def scan_points(message: Any, inf_is_valid: bool = False) -> Tuple[np.ndarray, n
         inf_is_valid: +inf says that there is nothing up to range_max.
     Returns:
         (N, 3) and (K, 3) float64 meters, in the frame of the scan.
+    Raises:
+        MeshMapError: as `scan_beams`.
+    """
+    directions, ranges, met = scan_beams(message)
+    farthest = float(message.range_max)
+    free = np.isposinf(ranges) & (inf_is_valid and math.isfinite(farthest))
+    return ranges[met, None] * directions[met], farthest * directions[free]
+
+
+def scan_beams(message: Any) -> Beams:
+    """All beams of a scan, in their order.
+
+    Args:
+        message: sensor_msgs/LaserScan.
     Raises:
         MeshMapError: angles or limits that make no scan, or nothing but NaN and what is below
             range_min, such as 0 and -inf: the sensor is blind, or covered.
@@ -36,5 +63,4 @@ def scan_points(message: Any, inf_is_valid: bool = False) -> Tuple[np.ndarray, n
     angles = first + step * np.arange(len(ranges))
     directions = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(ranges))], axis=1)
     met = np.isfinite(ranges) & (ranges >= nearest) & (ranges <= farthest)
-    free = np.isposinf(ranges) & (inf_is_valid and math.isfinite(farthest))
-    return ranges[met, None] * directions[met], farthest * directions[free]
+    return Beams(directions, ranges, met)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from mesh_map.base.errors import MeshMapError
-from mesh_map.io.laser_scan import scan_points
+from mesh_map.scans.laser_scan import scan_points
 from sensor_msgs.msg import LaserScan
 
 INF, NAN = math.inf, math.nan
