@@ -33,6 +33,7 @@ ELSEWHERE: Dict[str, str] = {
     "refine": "mesh_map",
     "crop": "mesh_map",
     "merge": "mesh_map",
+    "reconstruct": "mesh_map",
 }
 
 

@@ -1,0 +1,400 @@
+"""mesh_tool reconstruct: a map of scans. Also rosrun mesh_map reconstruct.
+
+Exit codes: 0 done; 1 it could not be done; 2 wrong usage; 3 saved, but with less than was asked
+for: the memory budget was reached, or scans or layers could not be stored; 130 and 143: stopped by
+SIGINT (Ctrl+C) or SIGTERM, with what it had saved.
+"""
+
+import argparse
+import math
+import os
+from dataclasses import asdict, fields
+from typing import Any, Dict, List, Optional, Tuple
+
+from mesh_msgs_hdf5.commands._common import say
+from mesh_msgs_hdf5.commands.map_output import (
+    add_map_output,
+    check_map_output,
+    save_map,
+    saved_line,
+    saved_value,
+)
+from mesh_msgs_hdf5.commands.progress import ProgressLine
+from mesh_msgs_hdf5.formats.any_mesh import is_map_file
+from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
+from mesh_msgs_hdf5.labels.map_contents import open_map
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_msgs_hdf5.model.schema import check_frame_id
+
+from mesh_map.base.errors import Canceled, MeshMapError
+from mesh_map.base.stop_signals import StopSignals
+from mesh_map.commands.layers_compute import WantedLayers, layer_lines, store_layers
+from mesh_map.commands.map_errors import as_map_errors
+from mesh_map.reconstruction.memory import default_memory_limit, parsed_bytes
+from mesh_map.reconstruction.options import FieldOptions, SurfaceOptions
+from mesh_map.reconstruction.pipeline import Reconstruction
+from mesh_map.reconstruction.session import (
+    DONE,
+    OUT_OF_MEMORY,
+    STOPPED,
+    InputRecord,
+    ReconstructionSession,
+    input_records,
+)
+from mesh_map.reconstruction.state_file import read_state, save_state, state_path
+from mesh_map.scans.kept_scans import KeptScans
+from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.scan_inputs import InputOptions, OpenedInputs, open_inputs
+
+NAME = "reconstruct"
+HELP = "make a map of scans: bags, point clouds with poses, or the scans in a map file"
+EXAMPLE = "mesh_tool reconstruct drive.bag map.h5 --voxel_size 0.05 --max_range 30"
+
+LESS = 3  # exit code
+_LEAST_ROOM = 16 << 20  # bytes
+_MADE = "reconstruction"  # what the source of the mesh says
+_FIELD = tuple(field.name for field in fields(FieldOptions))
+_SURFACE = tuple(field.name for field in fields(SurfaceOptions))
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    text = "bags, clouds (.ply .pcd .las .laz), folders of clouds, map files with scans"
+    add("inputs", metavar="INPUT", nargs="*", help=text)
+    add("output", metavar="map.h5", help="the map file to make")
+    add("--voxel_size", type=_length, metavar="M", help="m; as fine as details are (default: 0.1)")
+    text = "m from a measured surface up to which it is believed (default: by the voxels)"
+    add("--truncation", type=_length, metavar="M", help=text)
+    add("--min_range", type=_range, metavar="M", help="leave nearer points out (default: 0)")
+    add("--max_range", type=_range, metavar="M", help="leave points farther away out")
+    text = "use each N-th point, or this share of them (below 1)"
+    add("--decimate", type=_length, metavar="N", help=text)
+    text = "take away what rays pass through, as people who walked by; takes longer"
+    add("--carve", action="store_true", default=None, help=text)
+    text = "with PointCloud2 or LaserScan, of bags; may be given several times (default: the only)"
+    add("--topic", action="append", default=[], metavar="TOPIC", dest="topics", help=text)
+    text = "of the map (default of bags: map, or the root of tf or odometry; else map)"
+    add("--frame", default="", metavar="FRAME", help=text)
+    text = "when scans of bags were made: by their stamp (default), or when they were received"
+    add("--clock", choices=("stamp", "received"), default="stamp", help=text)
+    text = "poses of the sensor: TUM (time x y z qx qy qz qw) or KITTI (12 numbers), a line each"
+    add("--poses", metavar="FILE", help=text)
+    text = "where the sensor was, in the frame of clouds that have no poses"
+    add("--sensor", type=_place, metavar="X,Y,Z", help=text)
+    text = "subtracted from all coordinates (default: as needed by large coordinates)"
+    add("--origin", type=_place, metavar="X,Y,Z", help=text)
+    text = "m: close holes in the ground with a perimeter up to this (default: 1; 0: none)"
+    add("--fill_holes", type=_range, default=1.0, metavar="M", help=text)
+    text = "m by which a simplified surface may be off (default: by the voxels; 0: leave all faces)"
+    add("--simplify", type=_range, metavar="M", help=text)
+    text = "m^2: drop smaller pieces that nothing connects (default: by the voxels; 0: none)"
+    add("--min_component", type=_range, metavar="M2", help=text)
+    text = "of the field, such as 4G or 500M (default: half of what is free); it stops there"
+    add("--memory", type=parsed_bytes, metavar="BYTES", help=text)
+    text = "put the scans, with their poses, into the map, too"
+    add("--with-scans", action="store_true", help=text)
+    text = "compute these layers, too, and store them: height_diff,roughness; see layers compute"
+    add("--layers", type=_words, metavar="NAME,NAME", default=[], help=text)
+    add("--config", metavar="FILE.yaml", help="layers with their parameters, see layers compute")
+    text = "go on where the last call for this map has ended, also with more inputs"
+    add("--continue", action="store_true", dest="goes_on", help=text)
+    text = "keep no file %s beside the map, by which --continue goes on" % state_path("map.h5")
+    add("--no-state", action="store_true", help=text)
+    add_map_output(parser)
+
+
+def _length(text: str) -> float:
+    value = float(text)
+    if not 0 < value < 1e6:
+        raise ValueError(text)
+    return value
+
+
+def _range(text: str) -> float:
+    value = float(text)
+    if not 0 <= value <= math.inf:
+        raise ValueError(text)
+    return value
+
+
+def _place(text: str) -> Tuple[float, ...]:
+    values = tuple(float(value) for value in text.split(","))
+    if len(values) != 3 or not all(abs(value) < 1e12 for value in values):
+        raise ValueError(text)
+    return values
+
+
+def _words(text: str) -> List[str]:
+    return [word for word in text.split(",") if word]
+
+
+_length.__name__, _range.__name__ = "number above 0", "number from 0 on"
+_place.__name__ = "place (X,Y,Z)"
+
+
+def run(arguments: argparse.Namespace) -> int:
+    output = arguments.output
+    if arguments.frame:
+        check_frame_id(output, arguments.frame.lstrip("/"))
+    layers = WantedLayers(arguments.layers, arguments.config)
+    if layers.names or layers.config:
+        layers.check(output)
+    with as_map_errors(output) as warnings, StopSignals() as stop:
+        begun = _begun(arguments)
+        _check_output(arguments, begun is not None)
+        with ProgressLine(arguments.quiet) as progress:
+            work = _Work(arguments, stop, progress, begun)
+            code = work.run()
+            if layers.names or layers.config:
+                code = work.store_layers(layers) or code
+        work.notes += warnings
+    work.say()
+    return code
+
+
+# What was there before
+
+
+def _begun(arguments: argparse.Namespace) -> Optional[Tuple[Dict[str, Any], bytes]]:
+    """The state to go on from; None to begin."""
+    if not arguments.goes_on:
+        if not arguments.inputs:
+            raise MapFileError("value", arguments.output, "there is no input", EXAMPLE)
+        return None
+    path = state_path(arguments.output)
+    if not os.path.exists(path):
+        text = "there is no %s, from which --continue could go on" % path
+        hint = "begin without --continue; --no-state keeps none"
+        raise MapFileError("missing", arguments.output, text, hint)
+    header, data = read_state(path)
+    return header, data
+
+
+def _check_output(arguments: argparse.Namespace, goes_on: bool) -> None:
+    """Refuse what cannot be saved before the work begins."""
+    output = arguments.output
+    if goes_on and os.path.exists(output):
+        _check_ours(arguments)
+        # what else is in the file, such as scans, stays
+        arguments.to_part = arguments.to_part or _part(output)
+        arguments.force = True
+    for path in arguments.inputs:
+        if os.path.exists(output) and os.path.exists(path) and os.path.samefile(path, output):
+            text = "it is an input and the output"
+            raise MapFileError("exists", output, text, "name another output")
+    check_map_output(arguments, None)
+    folder = os.path.dirname(os.path.abspath(output))
+    room = os.statvfs(folder)
+    free = room.f_bavail * room.f_frsize
+    if free < _LEAST_ROOM:
+        text = "the disk has only %d kB left" % (free >> 10)
+        raise MapFileError("save", output, text, "make room on the disk, or save elsewhere")
+
+
+def _part(output: str) -> str:
+    parts = isolated("parts", output)
+    return "mesh" if "mesh" in parts or len(parts) != 1 else parts[0] or "/"
+
+
+def _check_ours(arguments: argparse.Namespace) -> None:
+    """Refuse to replace a map that is not that of the state, or has labels, unless --force."""
+    output = arguments.output
+    if arguments.force:
+        return
+    if not is_map_file(output):
+        raise MapFileError("exists", output, "it is no map file", "--force replaces it")
+    contents = open_map(output, arguments.to_part).members
+    if contents.source.get("made") != _MADE:
+        text = "it was not made by this command, or was changed since, and would be replaced"
+        raise MapFileError("exists", output, text, "--force replaces it, or name another output")
+    labels = contents.label_names()
+    if labels:
+        text = "it has %d labels, which would be lost with the mesh" % len(labels)
+        raise MapFileError("exists", output, text, "mesh_tool labels export keeps them; --force")
+
+
+# The work
+
+
+class _Work:
+    """One call of the command, from the inputs to the saved map."""
+
+    def __init__(
+        self,
+        arguments: argparse.Namespace,
+        stop: StopSignals,
+        progress: ProgressLine,
+        begun: Optional[Tuple[Dict[str, Any], bytes]],
+    ) -> None:
+        self.arguments, self._stop, self._progress = arguments, stop, progress
+        self.notes: List[str] = []
+        self._code = 0
+        self._value: Dict[str, Any] = {}
+        self._lines: List[str] = []
+        self._surface_options = SurfaceOptions(
+            **{name: getattr(arguments, name) for name in _SURFACE}
+        )
+        memory = arguments.memory or default_memory_limit()
+        self._header: Dict[str, Any] = {}
+        records: List[InputRecord] = []
+        if begun is None:
+            self._made = Reconstruction(self._field_options({}), memory)
+        else:
+            self._header = begun[0]
+            self._made = Reconstruction.restored(self._header, begun[1], memory)
+            self._field_options(self._made.options.stored())
+            records = input_records(self._header["inputs"])
+        progress.stage("opening the inputs")
+        inputs = self._open(self._paths(records), self._made.left_out)
+        self._frame = inputs.frame
+        self.notes += inputs.notes
+        self._session = ReconstructionSession(self._made, inputs.sources, records)
+
+    def _paths(self, records: List[InputRecord]) -> List[str]:
+        """The inputs that are named, and those of before that are not complete."""
+        paths = list(dict.fromkeys(self.arguments.inputs))
+        for record in records:
+            if not record.complete and record.path not in paths:
+                if os.path.exists(record.path):
+                    paths.append(record.path)
+                else:
+                    text = "%s is not there any more: %d of its scans are in the map"
+                    self.notes.append(text % (record.path, record.scans))
+        return paths
+
+    def _open(self, paths: List[str], left_out: LeftOut) -> OpenedInputs:
+        arguments = self.arguments
+        frame = arguments.frame.lstrip("/") or self._header.get("frame", "")
+        if frame != self._header.get("frame", frame):
+            text = "the map is in frame %s, not %s" % (self._header["frame"], frame)
+            raise MeshMapError(text, "leave --frame out, or begin anew")
+        options = InputOptions(
+            arguments.topics, frame, arguments.clock, arguments.poses, arguments.sensor
+        )
+        return open_inputs(paths, options, left_out)
+
+    def _field_options(self, before: Dict[str, Any]) -> FieldOptions:
+        """Those of the arguments; refuses others than those of before."""
+        given = {name: getattr(self.arguments, name) for name in _FIELD}
+        given = {name: value for name, value in given.items() if value is not None}
+        options = FieldOptions(**given)
+        stored = options.stored()
+        for name in given if before else ():
+            if stored[name] != before[name]:
+                text = "--%s is %s, but the map was begun with %s"
+                text %= name, stored[name], before[name]
+                raise MeshMapError(text, "leave it out, or begin anew")
+        return options
+
+    def run(self) -> int:
+        """Use the scans, make the surface, save it; returns the exit code."""
+        arguments, stop, progress = self.arguments, self._stop, self._progress
+        if not arguments.with_scans:
+            outcome = self._session.run(stop.is_stopped, self._tell)
+            self._end(outcome, None)
+            return self._code
+        with KeptScans(arguments.output) as kept:
+            outcome = self._session.run(stop.is_stopped, self._tell, kept)
+            self._end(outcome, kept)
+        progress.stage("")
+        return self._code
+
+    def _tell(self, text: str, part: float) -> None:
+        self._progress.stage(text)
+        self._progress.part(part)
+
+    def _end(self, outcome: str, kept: Optional[KeptScans]) -> None:
+        made = self._made
+        self.notes += [note for note in self._session.notes if note not in self.notes]
+        if not made.scans:
+            if outcome == STOPPED:
+                raise KeyboardInterrupt
+            reasons = "; ".join(made.left_out.lines() + self._session.notes[-1:])
+            raise MeshMapError("no scan could be used: " + (reasons or "there is none"))
+        if outcome == STOPPED:
+            self._code = self._stop.exit_code
+            text = "stopped after %d scans; --continue goes on (again: ends at once)"
+            self._progress.write("mesh_tool: " + text % made.scans)
+        elif outcome == OUT_OF_MEMORY:
+            self._code = LESS
+        try:
+            self._save(outcome, kept)
+        except Canceled:
+            raise KeyboardInterrupt from None
+
+    def _save(self, outcome: str, kept: Optional[KeptScans]) -> None:
+        arguments, made, progress = self.arguments, self._made, self._progress
+        if not arguments.no_state:  # first: whatever happens later, the work is not lost
+            progress.stage("saving " + state_path(arguments.output))
+            values, data = made.stored()
+            header = {**values, "frame": self._frame, "inputs": self._session.stored()}
+            size = save_state(state_path(arguments.output), header, data)
+            del data
+            text = "%s: %d MB, by which --continue goes on (it may be deleted)"
+            self._lines.append(text % (state_path(arguments.output), -(-size >> 20)))
+        progress.stage("making the surface")
+        mesh, changes = made.surface(self._surface_options, self._stop.cancel)
+        self.notes += changes.lines()
+        mesh.frame_id = self._frame
+        mesh.source = self._source(outcome, changes.counts())
+        progress.stage("saving " + arguments.output)
+        self.notes += save_map(arguments, mesh)
+        self._value.update(saved_value(arguments, mesh))
+        if kept is not None and len(kept):
+            progress.stage("saving the scans")
+            try:
+                names = kept.put()
+                self._value["file_bytes"] = os.stat(arguments.output).st_size
+                self.notes.append("%d scans are in the map, too" % len(names))
+            except MapFileError as error:
+                self.notes.append("the map is saved, but not its scans: %s" % error)
+                self._code = self._code or LESS
+
+    def _source(self, outcome: str, changes: Dict[str, Any]) -> Dict[str, Any]:
+        """What the map says of how it was made."""
+        made = self._made
+        surface = {name: value for name, value in asdict(self._surface_options).items()}
+        return {
+            "made": _MADE,
+            "parameters": {**made.options.stored(), **surface},
+            "inputs": self._session.stored(),
+            "scans": made.scans,
+            "points": made.points,
+            "left_out": made.left_out.stored(),
+            "changes": changes,
+            "complete": outcome == DONE,
+        }
+
+    def store_layers(self, layers: WantedLayers) -> int:
+        """Compute layers; returns the exit code if they could not be stored, else 0."""
+        arguments = self.arguments
+        try:
+            entries, notes = store_layers(
+                arguments.output, arguments.to_part, layers, self._progress
+            )
+        except MapFileError as error:
+            self.notes.append("the map is saved, but without layers: %s" % error)
+            return self._code or LESS
+        self._value["layers"] = entries
+        self._lines += layer_lines(entries)
+        self.notes += notes
+        return 0
+
+    def say(self) -> None:
+        """The result."""
+        made = self._made
+        left_out = made.left_out.lines()
+        notes = [note for note in dict.fromkeys(self.notes) if note not in left_out]
+        value = {
+            "inputs": self._session.stored(),
+            "scans": made.scans,
+            "points": made.points,
+            "left_out": made.left_out.stored(),
+            "notes": left_out + notes,
+            **self._value,
+        }
+        head = "%d scans, %d points: %d vertices, %d faces"
+        head %= made.scans, made.points, value["vertices"], value["faces"]
+        lines = [head, *("  " + line for line in left_out), *("  note: " + n for n in notes)]
+        say(self.arguments, value, lines + [saved_line(self._value)] + self._lines)

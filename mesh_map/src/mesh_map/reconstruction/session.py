@@ -1,0 +1,194 @@
+"""A reconstruction of whole inputs: scan after scan, until the end or until it is told to stop."""
+
+import time
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
+
+from mesh_msgs_hdf5.model.errors import MapFileError
+
+from mesh_map.base.errors import MeshMapError
+from mesh_map.reconstruction.pipeline import Reconstruction
+from mesh_map.reconstruction.signed_distance import MemoryBudgetError
+from mesh_map.scans.kept_scans import KeptScans
+from mesh_map.scans.scan_source import ScanSource, file_bytes, fingerprint
+
+DONE, STOPPED, OUT_OF_MEMORY = "done", "stopped", "out of memory"
+
+
+@dataclass
+class InputRecord:
+    """What has been used of an input.
+
+    path: as the user gave it.
+    kind: "bag", "clouds" or "map".
+    bytes: of its files.
+    blake2b: 32 hexadecimal digits of what is in them; "" if they could not be read at the end.
+    position: a position of its source (see Step).
+    scans, points: that are in the field.
+    complete: nothing of it is left.
+    """
+
+    path: str
+    kind: str
+    bytes: int
+    blake2b: str = ""
+    position: int = 0
+    scans: int = 0
+    points: int = 0
+    complete: bool = False
+
+
+def input_records(values: Sequence[Mapping[str, Any]]) -> List[InputRecord]:
+    """Of what json has written.
+
+    Raises:
+        MeshMapError: it is something else.
+    """
+    try:
+        return [InputRecord(**dict(value)) for value in values]
+    except TypeError as error:
+        raise MeshMapError("what is stored of the inputs is damaged: %s" % error) from error
+
+
+class Rate:
+    """Points in a second, over the last few."""
+
+    def __init__(self) -> None:
+        self._begin = time.monotonic()
+        self._done = 0
+
+    def add(self, points: int) -> float:
+        """Points per second so far, with these."""
+        self._done += points
+        return self._done / max(1e-3, time.monotonic() - self._begin)
+
+
+class ReconstructionSession:
+    """The inputs of a reconstruction, and how far they have got.
+
+    Args:
+        reconstruction: takes the scans.
+        sources: one for each input.
+        records: of inputs that were used before, which go on where they were.
+    Attributes:
+        records: those given, and one for each new source.
+        notes: what is to be said.
+    """
+
+    def __init__(
+        self,
+        reconstruction: Reconstruction,
+        sources: Sequence[ScanSource],
+        records: Sequence[InputRecord] = (),
+    ) -> None:
+        self.reconstruction, self.records = reconstruction, list(records)
+        self.notes: List[str] = []
+        self._sources = list(sources)
+        self._known = list(records)
+        self._mine: Dict[int, InputRecord] = {}
+        self._bytes = [file_bytes(source.files()) for source in sources]
+
+    def run(
+        self,
+        is_stopped: Callable[[], bool],
+        tell: Callable[[str, float], None] = lambda text, part: None,
+        kept: Optional[KeptScans] = None,
+    ) -> str:
+        """Use all scans, or those until it is told to stop, or the memory limit is reached.
+
+        Args:
+            is_stopped: asked between scans.
+            tell: takes a line of progress, and how much of all inputs is done, from 0 to 1.
+            kept: takes the scans that are used.
+        Returns:
+            DONE, STOPPED or OUT_OF_MEMORY; for the last, `notes` ends with the reason.
+        Raises:
+            MapFileError, MeshMapError: an input is another one than before.
+        """
+        with ThreadPoolExecutor(1) as threads:  # reads the files once more, while scans are used
+            digests = [threads.submit(fingerprint, each.files()) for each in self._sources]
+            outcome, rate = DONE, Rate()
+            for i, source in enumerate(self._sources):
+                outcome = self._use(i, source, digests[i], rate, is_stopped, tell, kept)
+                if outcome != DONE:
+                    break
+            for i, record in self._mine.items():
+                if not record.blake2b:
+                    record.blake2b = self._digest(record.path, digests[i])
+            if outcome == STOPPED:
+                for digest in digests:
+                    digest.cancel()
+        return outcome
+
+    def stored(self) -> List[Dict[str, Any]]:
+        """The records as json can write them."""
+        return [asdict(record) for record in self.records]
+
+    def _use(
+        self,
+        i: int,
+        source: ScanSource,
+        digest: "Future[str]",
+        rate: Rate,
+        is_stopped: Callable[[], bool],
+        tell: Callable[[str, float], None],
+        kept: Optional[KeptScans],
+    ) -> str:
+        """One source, from where it is on."""
+        record = self._record(i, source, digest)
+        self._mine[i] = record
+        if record.complete:
+            self.notes.append("%s: all of its scans are in the map already" % source.path)
+            return DONE
+        if is_stopped():
+            return STOPPED
+        try:
+            for step in source.steps(record.position):
+                if step.scan is not None:
+                    before = self.reconstruction.points
+                    used = self.reconstruction.add(step.scan)
+                    points = self.reconstruction.points - before
+                    record.points += points
+                    record.scans += used is not None
+                    if kept is not None and used is not None:
+                        kept.keep(used)
+                    tell(self._line(rate.add(points)), (i + source.part) / len(self._sources))
+                record.position = step.position
+                if is_stopped():
+                    return STOPPED
+        except MemoryBudgetError as error:
+            self.notes.append(str(error))
+            return OUT_OF_MEMORY
+        for note in source.notes:
+            if note not in self.notes:
+                self.notes.append(note)
+        record.complete = True
+        return DONE
+
+    def _record(self, i: int, source: ScanSource, digest: "Future[str]") -> InputRecord:
+        record = InputRecord(source.path, source.kind, self._bytes[i])
+        if self._known:
+            record.blake2b = digest.result()
+            for known in self._known:
+                if known.blake2b == record.blake2b:
+                    return known
+            again = [known for known in self._known if known.path == source.path]
+            if again:
+                text = "%s is not the file of which %d scans are in the map: its bytes differ"
+                hint = "give it another name if its scans are to be added, too, or begin anew"
+                raise MeshMapError(text % (source.path, again[0].scans), hint)
+        self.records.append(record)
+        return record
+
+    def _digest(self, path: str, digest: "Future[str]") -> str:
+        try:
+            return digest.result()
+        except MapFileError as error:
+            self.notes.append("%s cannot be read again for its digest: %s" % (path, error.message))
+            return ""
+
+    def _line(self, rate: float) -> str:
+        made = self.reconstruction
+        text = "%d scans, %.1f M points, %.2f M points/s, %d MB"
+        return text % (made.scans, made.points / 1e6, rate / 1e6, made.memory >> 20)
