@@ -86,10 +86,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--origin", type=_place, metavar="X,Y,Z", help=text)
     text = "m: close holes in the ground with a perimeter up to this (default: 1; 0: none)"
     add("--fill_holes", type=_range, default=1.0, metavar="M", help=text)
-    text = "m by which a simplified surface may be off (default: by the voxels; 0: leave all faces)"
-    add("--simplify", type=_range, metavar="M", help=text)
-    text = "m^2: drop smaller pieces that nothing connects (default: by the voxels; 0: none)"
-    add("--min_component", type=_range, metavar="M2", help=text)
+    text = "m by which a simplified surface may be off (default: 0, all faces, as layers want them)"
+    add("--simplify", type=_range, default=0.0, metavar="M", help=text)
+    text = "drop pieces of fewer faces that nothing connects (default: 500; 0: none)"
+    add("--min_component", type=int, default=500, metavar="FACES", help=text)
     text = "of the field, such as 4G or 500M (default: half of what is free); it stops there"
     add("--memory", type=parsed_bytes, metavar="BYTES", help=text)
     text = "put the scans, with their poses, into the map, too"
@@ -232,6 +232,7 @@ class _Work:
         self._code = 0
         self._value: Dict[str, Any] = {}
         self._lines: List[str] = []
+        self._changes: List[str] = []
         self._surface_options = SurfaceOptions(
             **{name: getattr(arguments, name) for name in _SURFACE}
         )
@@ -335,7 +336,7 @@ class _Work:
             self._lines.append(text % (state_path(arguments.output), -(-size >> 20)))
         progress.stage("making the surface")
         mesh, changes = made.surface(self._surface_options, self._stop.cancel)
-        self.notes += changes.lines()
+        self._changes = changes.lines()
         mesh.frame_id = self._frame
         mesh.source = self._source(outcome, changes.counts())
         progress.stage("saving " + arguments.output)
@@ -396,5 +397,6 @@ class _Work:
         }
         head = "%d scans, %d points: %d vertices, %d faces"
         head %= made.scans, made.points, value["vertices"], value["faces"]
-        lines = [head, *("  " + line for line in left_out), *("  note: " + n for n in notes)]
+        lines = [head, *("  " + line for line in self._changes + left_out)]
+        lines += ["  note: " + note for note in notes]
         say(self.arguments, value, lines + [saved_line(self._value)] + self._lines)

@@ -75,15 +75,16 @@ class SurfaceOptions:
     """What of a surface is kept; each time that it is extracted.
 
     fill_holes: m, perimeter up to which holes in flat ground are closed; 0: none.
-    simplify: m, by which a simplified surface may be off; 0: it is not simplified; None: a tenth of
-        a voxel.
-    min_component: m^2; smaller pieces that nothing connects are dropped; 0: none. None: a hundred
-        voxels' faces.
+    simplify: m, by which a simplified surface may be off; 0: it is not simplified. Layers and
+        planners know costs at vertices only: flat ground whose faces are larger than the radius of
+        a layer is known badly.
+    min_component: pieces of fewer faces (before it is simplified; two are about a voxel's side)
+        that nothing connects with others are dropped; 0: none.
     """
 
     fill_holes: float = 1.0
-    simplify: Optional[float] = None
-    min_component: Optional[float] = None
+    simplify: float = 0.0
+    min_component: int = 500
 
     def __post_init__(self) -> None:
         """
@@ -91,10 +92,8 @@ class SurfaceOptions:
             MeshMapError: a value that is none.
         """
         _check("fill_holes", self.fill_holes, 0.0, _MOST)
-        if self.simplify is not None:
-            _check("simplify", self.simplify, 0.0, _MOST)
-        if self.min_component is not None:
-            _check("min_component", self.min_component, 0.0, _MOST)
+        _check("simplify", self.simplify, 0.0, _MOST)
+        _check("min_component", self.min_component, 0, 1 << 31)
 
 
 def _check(name: str, value: float, least: float, most: float) -> None:

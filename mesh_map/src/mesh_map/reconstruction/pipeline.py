@@ -63,7 +63,7 @@ class Reconstruction:
         Returns:
             what of it was used, with its pose relative to the origin; None for nothing.
         Raises:
-            MemoryBudgetError: the memory limit is reached; the field is as it was before.
+            FieldMemoryError: the memory limit is reached; a part of the scan may be in the field.
         """
         if self._field is None:
             self._begin(scan)
@@ -81,6 +81,7 @@ class Reconstruction:
         left.add("decimated", scan.name, len(scan.points) - len(placed.points))
         left.add("too_near", scan.name, report.too_near)
         left.add("too_far", scan.name, report.too_far)
+        left.add("outside", scan.name, report.outside)
         self.scans += 1
         self.points += report.used
         return placed
@@ -113,7 +114,7 @@ class Reconstruction:
             vertex_attributes=attributes,
             origin=(float(self.origin[0]), float(self.origin[1]), float(self.origin[2])),
         )
-        return drivable(mesh, options, self.options.voxel_size, cancel)
+        return drivable(mesh, options, cancel)
 
     def stored(self) -> Tuple[Dict[str, Any], bytes]:
         """What json can write, and bytes: all that `restored` needs to go on.

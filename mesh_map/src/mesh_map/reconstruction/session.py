@@ -9,7 +9,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.reconstruction.pipeline import Reconstruction
-from mesh_map.reconstruction.signed_distance import MemoryBudgetError
+from mesh_map.reconstruction.signed_distance import FieldMemoryError
 from mesh_map.scans.kept_scans import KeptScans
 from mesh_map.scans.scan_source import ScanSource, file_bytes, fingerprint
 
@@ -157,7 +157,7 @@ class ReconstructionSession:
                 record.position = step.position
                 if is_stopped():
                     return STOPPED
-        except MemoryBudgetError as error:
+        except FieldMemoryError as error:
             self.notes.append(str(error))
             return OUT_OF_MEMORY
         for note in source.notes:

@@ -84,8 +84,7 @@ class BagScans(ScanSource):
         frame: that the map is made in.
         topics: with the scans that are read.
     Raises:
-        MapFileError: the bag cannot be read.
-        MeshMapError: no scans, no poses, or clocks that differ.
+        MapFileError: the bag cannot be read; no scans, no poses, or clocks that differ.
     """
 
     kind = "bag"
@@ -231,7 +230,7 @@ class BagScans(ScanSource):
 
     def _decoded(self, found: Any, position: int) -> Optional[_Waiting]:
         """What a message has; None where there is nothing to use."""
-        message, name = found.message, "%s, number %d" % (found.topic, position)
+        message, name = found.message, "scan %d of %s" % (position, found.topic)
         stamp = found.time if self._options.clock == RECEIVED else message.header.stamp
         stamp = genpy.Time(stamp.secs, stamp.nsecs)
         offsets: Optional[np.ndarray] = None

@@ -86,6 +86,7 @@ class BagTransforms:
     def __init__(self, left_out: LeftOut, where: str, static: List[Any]) -> None:
         self._buffer = tf2_py.BufferCore(genpy.Duration.from_sec(_CACHE))
         self._left_out, self._where = left_out, where
+        self._typed = TransformStamped()  # tf2 complains of the classes that rosbag makes
         self._latest = -np.inf
         self._first = np.inf
         self._parents: Dict[str, Set[str]] = {}
@@ -137,16 +138,16 @@ class BagTransforms:
                 fault = fault % (child, parent) if "%r" in fault else fault
                 self._left_out.add("odd_transform", self._where, reason=fault)
                 continue
-            transform.child_frame_id, transform.header.frame_id = child, parent
+            _copy(transform, parent, child, self._typed)
             if static:
                 self._parents.setdefault(child, set()).add(parent)
-                self._buffer.set_transform_static(transform, _AUTHORITY)
+                self._buffer.set_transform_static(self._typed, _AUTHORITY)
                 continue
             time = transform.header.stamp.to_sec()
             if time < self._latest - _CACHE:
                 continue  # older than what is kept, which tf2 would complain of on stderr
             self._first, self._latest = min(self._first, time), max(self._latest, time)
-            self._buffer.set_transform(transform, _AUTHORITY)
+            self._buffer.set_transform(self._typed, _AUTHORITY)
 
     def pose(self, fixed: str, frame: str, stamp: genpy.Time, offset: float) -> np.ndarray:
         """(4, 4) float64 of a frame in the fixed one.
@@ -181,6 +182,18 @@ class BagTransforms:
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = rotation, translation
         return pose
+
+
+def _copy(source: Any, parent: str, child: str, target: TransformStamped) -> None:
+    """A transform between these frames."""
+    target.header.frame_id, target.child_frame_id = parent, child
+    target.header.stamp = source.header.stamp
+    for ours, theirs in (
+        (target.transform.translation, source.transform.translation),
+        (target.transform.rotation, source.transform.rotation),
+    ):
+        for name in ours.__slots__:
+            setattr(ours, name, getattr(theirs, name))
 
 
 def _transforms(message: Any) -> List[Any]:

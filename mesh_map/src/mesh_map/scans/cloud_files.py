@@ -27,8 +27,7 @@ def cloud_paths(folder: str) -> List[str]:
     """The clouds in a folder, in the order of the numbers in their names.
 
     Raises:
-        MeshMapError: there are none.
-        MapFileError: it cannot be read.
+        MapFileError: there are none, or it cannot be read.
     """
     try:
         names = os.listdir(folder)

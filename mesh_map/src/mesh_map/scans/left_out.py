@@ -8,6 +8,7 @@ _LINES = {
     "no_return": "left out: {count} points at the sensor itself, which say nothing, in {scans}",
     "too_near": "left out: {count} points nearer than --min_range, in {scans}",
     "too_far": "left out: {count} points farther than --max_range, in {scans}",
+    "outside": "left out: {count} points too far from the map's origin, in {scans}",
     "decimated": "left out: {count} points by --decimate, in {scans}",
     "empty": "left out: {scans} without a point",
     "no_pose": "left out: {scans} without a pose: {reason}",
@@ -59,12 +60,10 @@ class LeftOut:
             entry = self._kinds.get(kind)
             if entry is None:
                 continue
-            many = "%d scans, first %s" % (entry["scans"], entry["first"])
-            scans = "1 scan, %s," % entry["first"] if entry["scans"] == 1 else many
-            text = template.format(
-                count=entry["count"], scans=scans, first=entry["first"], reason=entry["reason"]
-            )
-            lines.append(text.rstrip(", ").replace(",:", ":"))
+            many = "%d scans (first: %s)" % (entry["scans"], entry["first"])
+            scans = "1 scan (%s)" % entry["first"] if entry["scans"] == 1 else many
+            values = {name: entry[name] for name in ("count", "first", "reason")}
+            lines.append(template.format(scans=scans, **values))
         return lines
 
     def stored(self) -> Dict[str, Dict[str, Any]]:

@@ -23,8 +23,7 @@ class MapScans(ScanSource):
     Attributes:
         origin: (3,) float64 m, of the map: what its poses are relative to.
     Raises:
-        MeshMapError: there are no scans.
-        MapFileError: the file cannot be read.
+        MapFileError: there are no scans, or the file cannot be read.
     """
 
     kind = "map"

@@ -8,7 +8,6 @@ import numpy as np
 from mesh_msgs_hdf5.files.probe import HDF5_SIGNATURE, check_name, os_error, read_head
 from mesh_msgs_hdf5.formats.clouds.poses import ScanPose, read_poses
 
-from mesh_map.base.errors import MeshMapError
 from mesh_map.scans.cloud_files import SUFFIXES, CloudFiles, cloud_paths
 from mesh_map.scans.left_out import LeftOut
 from mesh_map.scans.map_scans import MapScans
@@ -53,8 +52,7 @@ def open_inputs(paths: Sequence[str], options: InputOptions, left_out: LeftOut) 
         options: see there.
         left_out: takes what is left out, also while sources are read.
     Raises:
-        MapFileError: one cannot be read.
-        MeshMapError: one has no scans, or there are no poses for them.
+        MapFileError: one cannot be read, or has no scans, or there are no poses for them.
     """
     kinds = [_kind(path) for path in paths]
     files = {
@@ -65,7 +63,7 @@ def open_inputs(paths: Sequence[str], options: InputOptions, left_out: LeftOut) 
     notes: List[str] = []
     poses = None if options.poses is None else read_poses(options.poses)
     if poses is not None and not poses:
-        raise MeshMapError("%s: it has no poses" % options.poses, "one for each scan, a line each")
+        raise no_scans(str(options.poses), "it has no poses", "one for each scan, a line each")
     by_cloud = _cloud_poses(files, poses, options, _BAG in kinds, notes)
     sources: List[ScanSource] = []
     frame, static = options.frame, []  # type: str, List[Any]
@@ -183,9 +181,9 @@ def _check_posed(clouds: List[CloudFiles], notes: List[str]) -> None:
     if not unposed:
         return
     if sum(len(source.files()) for source in clouds) > 1:
-        text = "%d clouds have no poses, so nobody says where the sensor was; the first is %s"
+        text = "it has no pose, nor have %d others, so nobody says where the sensor was"
         hint = "--poses FILE (TUM or KITTI), or --sensor X,Y,Z in the frame of the clouds"
-        raise MeshMapError(text % (len(unposed), unposed[0]), hint)
+        raise no_scans(unposed[0], text % (len(unposed) - 1), hint)
     if max(source.far for source in clouds) > _FAR:
         text = "its coordinates are more than %g km from 0, where its sensor was not"
         hint = "--sensor X,Y,Z says where it was, in the same coordinates"

@@ -5,8 +5,8 @@ import os
 from typing import Iterator, List, NamedTuple, Optional
 
 from mesh_msgs_hdf5.files.probe import os_error
+from mesh_msgs_hdf5.model.errors import MapFileError
 
-from mesh_map.base.errors import MeshMapError
 from mesh_map.scans.left_out import LeftOut
 from mesh_map.scans.scan import Scan
 
@@ -49,7 +49,7 @@ class ScanSource:
         Args:
             start: a `Step.position`, or 0.
         Raises:
-            MeshMapError, MapFileError: nothing of it can be used; what is said in `left_out` is
+            MapFileError: nothing of it can be used; what is said in `left_out` is
                 not raised.
         """
         raise NotImplementedError
@@ -91,6 +91,6 @@ def file_bytes(files: List[str]) -> int:
     return total
 
 
-def no_scans(path: str, why: str, hint: str) -> MeshMapError:
+def no_scans(path: str, why: str, hint: str) -> MapFileError:
     """The error of an input of which nothing can be used."""
-    return MeshMapError("%s: %s" % (path, why), hint)
+    return MapFileError("value", path, why, hint)
