@@ -8,6 +8,8 @@ SIGINT (Ctrl+C) or SIGTERM, with what it had saved.
 import argparse
 import math
 import os
+import secrets
+import tempfile
 from dataclasses import asdict, fields
 from typing import Any, Dict, List, Optional, Tuple
 
@@ -21,7 +23,7 @@ from mesh_msgs_hdf5.commands.map_output import (
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.formats.any_mesh import is_map_file
-from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
+from mesh_msgs_hdf5.isolation import isolated
 from mesh_msgs_hdf5.labels.map_contents import open_map
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -44,7 +46,7 @@ from mesh_map.reconstruction.session import (
 )
 from mesh_map.reconstruction.state_file import read_state, save_state, state_path
 from mesh_map.scans.kept_scans import KeptScans
-from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.scan_inputs import InputOptions, OpenedInputs, open_inputs
 
 NAME = "reconstruct"
@@ -85,11 +87,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "subtracted from all coordinates (default: as needed by large coordinates)"
     add("--origin", type=_place, metavar="X,Y,Z", help=text)
     text = "m: close holes in the ground with a perimeter up to this (default: 1; 0: none)"
-    add("--fill_holes", type=_range, default=1.0, metavar="M", help=text)
+    add("--fill_holes", type=_range, metavar="M", help=text)
     text = "m by which a simplified surface may be off (default: 0, all faces, as layers want them)"
-    add("--simplify", type=_range, default=0.0, metavar="M", help=text)
+    add("--simplify", type=_range, metavar="M", help=text)
     text = "drop pieces of fewer faces that nothing connects (default: 500; 0: none)"
-    add("--min_component", type=int, default=500, metavar="FACES", help=text)
+    add("--min_component", type=int, metavar="FACES", help=text)
     text = "of the field, such as 4G or 500M (default: half of what is free); it stops there"
     add("--memory", type=parsed_bytes, metavar="BYTES", help=text)
     text = "put the scans, with their poses, into the map, too"
@@ -233,9 +235,10 @@ class _Work:
         self._value: Dict[str, Any] = {}
         self._lines: List[str] = []
         self._changes: List[str] = []
-        self._surface_options = SurfaceOptions(
-            **{name: getattr(arguments, name) for name in _SURFACE}
-        )
+        surface = dict(begun[0].get("surface", {})) if begun is not None else {}
+        given = {name: getattr(arguments, name) for name in _SURFACE}
+        surface.update({name: value for name, value in given.items() if value is not None})
+        self._surface_options = SurfaceOptions(**surface)
         memory = arguments.memory or default_memory_limit()
         self._header: Dict[str, Any] = {}
         records: List[InputRecord] = []
@@ -264,7 +267,7 @@ class _Work:
                     self.notes.append(text % (record.path, record.scans))
         return paths
 
-    def _open(self, paths: List[str], left_out: LeftOut) -> OpenedInputs:
+    def _open(self, paths: List[str], left_out: LeftOutCounts) -> OpenedInputs:
         arguments = self.arguments
         frame = arguments.frame.lstrip("/") or self._header.get("frame", "")
         if frame != self._header.get("frame", frame):
@@ -327,38 +330,68 @@ class _Work:
     def _save(self, outcome: str, kept: Optional[KeptScans]) -> None:
         arguments, made, progress = self.arguments, self._made, self._progress
         if not arguments.no_state:  # first: whatever happens later, the work is not lost
-            progress.stage("saving " + state_path(arguments.output))
-            values, data = made.stored()
-            header = {**values, "frame": self._frame, "inputs": self._session.stored()}
-            size = save_state(state_path(arguments.output), header, data)
-            del data
-            text = "%s: %d MB, by which --continue goes on (it may be deleted)"
-            self._lines.append(text % (state_path(arguments.output), -(-size >> 20)))
+            self._save_state()
         progress.stage("making the surface")
         mesh, changes = made.surface(self._surface_options, self._stop.cancel)
         self._changes = changes.lines()
         mesh.frame_id = self._frame
         mesh.source = self._source(outcome, changes.counts())
         progress.stage("saving " + arguments.output)
-        self.notes += save_map(arguments, mesh)
-        self._value.update(saved_value(arguments, mesh))
+        self._save_map(mesh)
         if kept is not None and len(kept):
             progress.stage("saving the scans")
             try:
-                names = kept.put()
-                self._value["file_bytes"] = os.stat(arguments.output).st_size
+                names = kept.put(self.arguments.output)
+                self._value["file_bytes"] = os.stat(self.arguments.output).st_size
                 self.notes.append("%d scans are in the map, too" % len(names))
             except MapFileError as error:
                 self.notes.append("the map is saved, but not its scans: %s" % error)
                 self._code = self._code or LESS
 
+    def _save_state(self) -> None:
+        path = state_path(self.arguments.output)
+        self._progress.stage("saving " + path)
+        values, data = self._made.stored()
+        header = {
+            **values,
+            "surface": asdict(self._surface_options),
+            "frame": self._frame,
+            "inputs": self._session.stored(),
+        }
+        try:
+            size = save_state(path, header, data)
+        except MapFileError as error:
+            self.notes.append("--continue cannot go on: %s" % error)
+            self._code = self._code or LESS
+            return
+        text = "%s: %d MB, by which --continue goes on (it may be deleted)"
+        self._lines.append(text % (path, -(-size >> 20)))
+
+    def _save_map(self, mesh: Mesh) -> None:
+        """Where it is to be, or else, so that the work is not lost, among temporary files."""
+        arguments = self.arguments
+        try:
+            self.notes += save_map(arguments, mesh)
+        except MapFileError as error:
+            if error.code not in ("save", "changed"):
+                raise
+            stem = os.path.splitext(os.path.basename(arguments.output))[0]
+            path = "%s_%s.h5" % (os.path.join(tempfile.gettempdir(), stem), secrets.token_hex(4))
+            other = argparse.Namespace(**{**vars(arguments), "output": path, "to_part": None})
+            try:
+                save_map(other, mesh)
+            except MapFileError:
+                raise error from None
+            self.notes.append("%s; it is saved as %s instead" % (error, path))
+            self._code, self.arguments = self._code or LESS, other
+        self._value.update(saved_value(self.arguments, mesh))
+
     def _source(self, outcome: str, changes: Dict[str, Any]) -> Dict[str, Any]:
         """What the map says of how it was made."""
         made = self._made
-        surface = {name: value for name, value in asdict(self._surface_options).items()}
         return {
             "made": _MADE,
-            "parameters": {**made.options.stored(), **surface},
+            "parameters": {**made.options.stored(), **asdict(self._surface_options)},
             "inputs": self._session.stored(),
             "scans": made.scans,
             "points": made.points,

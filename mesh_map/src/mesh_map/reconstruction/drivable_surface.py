@@ -40,9 +40,7 @@ class SurfaceChanges(NamedTuple):
             lines.append("%s in small pieces dropped" % quantity(self.dropped_faces, "faces"))
         if self.holes:
             text = "%s closed by %s"
-            lines.append(
-                text % (quantity(self.holes, "holes"), quantity(self.hole_faces, "faces"))
-            )
+            lines.append(text % (quantity(self.holes, "holes"), quantity(self.hole_faces, "faces")))
         if self.simplified_from:
             lines.append("simplified from %s" % quantity(self.simplified_from, "faces"))
         return lines

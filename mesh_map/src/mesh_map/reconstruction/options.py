@@ -14,7 +14,8 @@ class FieldOptions:
     """What the signed distances are made with; they cannot be changed afterwards.
 
     voxel_size: m.
-    truncation: m, up to which the distance to a measured surface is kept; None: as the field has it.
+    truncation: m, up to which the distance to a measured surface is kept; None: as the field has
+        it.
     min_range, max_range: m from the sensor; points outside are not used.
     decimate: the share of the points that is used, 0 < d <= 1, evenly of each scan; or each n-th
         for n > 1.

@@ -13,7 +13,7 @@ from mesh_map.reconstruction.drivable_surface import SurfaceChanges, drivable
 from mesh_map.reconstruction.options import FieldOptions, SurfaceOptions
 from mesh_map.reconstruction.pose_jumps import PoseJumps
 from mesh_map.reconstruction.signed_distance import SignedDistanceField
-from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.scan import Scan
 
 OBSERVATIONS, INTENSITY = "observations", "intensity"  # attributes of vertices
@@ -41,11 +41,11 @@ class Reconstruction:
         self,
         options: FieldOptions = FieldOptions(),
         memory_limit: Optional[int] = None,
-        left_out: Optional[LeftOut] = None,
+        left_out: Optional[LeftOutCounts] = None,
         threads: int = 0,
     ) -> None:
         self.options, self._memory_limit, self._threads = options, memory_limit, threads
-        self.left_out = LeftOut() if left_out is None else left_out
+        self.left_out = LeftOutCounts() if left_out is None else left_out
         self.scans = self.points = 0
         self.origin = np.zeros(3)
         self._field: Optional[SignedDistanceField] = None
@@ -150,7 +150,7 @@ class Reconstruction:
         """
         try:
             options = FieldOptions.of_stored(values["options"])
-            made = cls(options, memory_limit, LeftOut(values["left_out"]), threads)
+            made = cls(options, memory_limit, LeftOutCounts(values["left_out"]), threads)
             made.origin = np.array(values["origin"], np.float64).reshape(3)
             made.scans, made.points = int(values["scans"]), int(values["points"])
             made._colors = bool(values["colors"])
@@ -159,7 +159,9 @@ class Reconstruction:
                 data, memory_limit=memory_limit, threads=threads
             )
         except (KeyError, TypeError, ValueError) as error:
-            raise MeshMapError("what is stored of a reconstruction is damaged: %s" % error) from error
+            raise MeshMapError(
+                "what is stored of a reconstruction is damaged: %s" % error
+            ) from error
         return made
 
     def _begin(self, first: Scan) -> None:

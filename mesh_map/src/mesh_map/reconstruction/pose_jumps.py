@@ -5,7 +5,7 @@ from typing import Deque, Optional
 
 import numpy as np
 
-from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.scan import Scan
 
 _LEAST = 5.0  # m
@@ -22,7 +22,7 @@ class PoseJumps:
         left_out: takes what is found.
     """
 
-    def __init__(self, left_out: LeftOut) -> None:
+    def __init__(self, left_out: LeftOutCounts) -> None:
         self._left_out = left_out
         self._before: Optional[Scan] = None
         self._lengths: Deque[float] = deque(maxlen=_RECENT)

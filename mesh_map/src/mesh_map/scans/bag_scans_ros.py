@@ -23,7 +23,7 @@ from mesh_map.scans.bag_transforms_ros import (
 from mesh_map.scans.cloud_files import as_scan
 from mesh_map.scans.cloud_values import CloudValues, cloud_values, usable
 from mesh_map.scans.laser_scan import scan_beams
-from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.motion import undo_motion
 from mesh_map.scans.point_times import LONGEST, point_times
 from mesh_map.scans.scan import Scan
@@ -95,7 +95,7 @@ class BagScans(ScanSource):
         options: BagOptions,
         poses: Optional[List[ScanPose]],
         static: List[Any],
-        left_out: LeftOut,
+        left_out: LeftOutCounts,
     ) -> None:
         super().__init__(path, left_out)
         self._options, self._still = options, ""
@@ -178,7 +178,9 @@ class BagScans(ScanSource):
             parents = ", ".join(sorted(frames.parents[sorted(several)[0]]))
             self.notes.append(text % (self.path, sorted(several)[0], parents))
         if not wanted:
-            self.notes.append("%s: the map is in frame %s (--frame names another)" % (self.path, fixed))
+            self.notes.append(
+                "%s: the map is in frame %s (--frame names another)" % (self.path, fixed)
+            )
         if not self._still:
             self._check_clocks(bag, frames)
         return fixed
@@ -348,7 +350,7 @@ def _stamps(bag: BagFile, topics: Sequence[str], clock: str) -> Optional[List[fl
 def _laser_values(message: Any) -> Any:
     """(CloudValues, offsets from the stamp or None) of what a LaserScan has met."""
     beams = scan_beams(message)
-    points = (beams.ranges[:, None] * beams.directions)[beams.met]
+    points = beams.ranges[beams.met, None] * beams.directions[beams.met]
     intensities = np.asarray(message.intensities, np.float32)
     measured = intensities[beams.met] if len(intensities) == len(beams.ranges) else None
     values = CloudValues(points, None, measured)

@@ -9,7 +9,7 @@ from mesh_msgs.transform import TransformError, rotation_and_translation
 from geometry_msgs.msg import TransformStamped
 
 from mesh_map.scans.bag_file_ros import BagFile
-from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.trajectory import Trajectory
 
 ODOMETRY = "nav_msgs/Odometry"
@@ -83,7 +83,7 @@ class BagTransforms:
             of this one.
     """
 
-    def __init__(self, left_out: LeftOut, where: str, static: List[Any]) -> None:
+    def __init__(self, left_out: LeftOutCounts, where: str, static: List[Any]) -> None:
         self._buffer = tf2_py.BufferCore(genpy.Duration.from_sec(_CACHE))
         self._left_out, self._where = left_out, where
         self._typed = TransformStamped()  # tf2 complains of the classes that rosbag makes
@@ -163,9 +163,7 @@ class BagTransforms:
         if nanoseconds <= 0:  # which tf2 takes for "the latest"
             raise NoPose("its stamp is %.9g s" % (nanoseconds * 1e-9))
         try:
-            found = self._buffer.lookup_transform_core(
-                fixed, frame, genpy.Time(0, nanoseconds)
-            )
+            found = self._buffer.lookup_transform_core(fixed, frame, genpy.Time(0, nanoseconds))
         except tf2_py.LookupException:
             known = set(self._parents) | {p for all_of in self._parents.values() for p in all_of}
             missing = [name for name in (fixed, frame) if name not in known] or [frame]

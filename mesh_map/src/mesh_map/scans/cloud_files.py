@@ -13,7 +13,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 
 from mesh_map.scans import las_cloud
 from mesh_map.scans.cloud_values import CloudValues, cloud_values, usable
-from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.scan import Scan
 from mesh_map.scans.scan_source import ScanSource, Step, no_scans
 
@@ -81,7 +81,7 @@ class CloudFiles(ScanSource):
         files: Sequence[str],
         poses: Sequence[Optional[ScanPose]],
         sensor: Optional[np.ndarray],
-        left_out: LeftOut,
+        left_out: LeftOutCounts,
     ) -> None:
         super().__init__(path, left_out)
         self._files, self._poses, self._sensor = list(files), list(poses), sensor
@@ -150,14 +150,14 @@ class CloudFiles(ScanSource):
         rows = 0
         try:
             for block in cloud.blocks():
-                gathered.append(block if done >= skipped else block[:0])
+                gathered.append(block)
                 rows += len(block)
                 while rows >= SCAN_POINTS:
                     whole = np.concatenate(gathered)
                     yield None if done < skipped else whole[:SCAN_POINTS]
                     rest = whole[SCAN_POINTS:]
                     gathered, rows, done = [rest], rows - SCAN_POINTS, done + 1
-            if rows or done < pieces:
+            if done < pieces:
                 yield np.concatenate(gathered) if gathered else np.zeros(0, cloud.dtype)
                 done += 1
         except MapFileError as error:  # what was there before it counts
@@ -169,9 +169,7 @@ class CloudFiles(ScanSource):
                 yield None
                 done += 1
 
-    def _scan(
-        self, i: int, cloud: Cloud, rows: Optional[np.ndarray], name: str
-    ) -> Optional[Scan]:
+    def _scan(self, i: int, cloud: Cloud, rows: Optional[np.ndarray], name: str) -> Optional[Scan]:
         if rows is None:
             return None
         values = usable(cloud_values(rows), self.left_out, name)

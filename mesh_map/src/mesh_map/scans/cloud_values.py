@@ -5,7 +5,7 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.left_out import LeftOutCounts
 
 _COLORS = (("red", "green", "blue"), ("r", "g", "b"))
 _PACKED = ("rgb", "rgba")  # PCL: 0xAARRGGBB, as float32 or uint32
@@ -39,7 +39,9 @@ class CloudValues:
     def only(self, which: np.ndarray) -> "CloudValues":
         """Those of a mask or of indices."""
         arrays = {
-            name: value[which] for name, value in vars(self).items() if isinstance(value, np.ndarray)
+            name: value[which]
+            for name, value in vars(self).items()
+            if isinstance(value, np.ndarray)
         }
         return replace(self, **arrays)
 
@@ -58,7 +60,7 @@ def cloud_values(rows: np.ndarray) -> CloudValues:
     )
 
 
-def usable(values: CloudValues, left_out: LeftOut, name: str) -> CloudValues:
+def usable(values: CloudValues, left_out: LeftOutCounts, name: str) -> CloudValues:
     """Without points that are not finite, and those at the sensor itself, as lidars send them for
     beams that have met nothing; both are counted."""
     finite = np.isfinite(values.points).all(axis=1)

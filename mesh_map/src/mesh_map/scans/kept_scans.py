@@ -66,15 +66,15 @@ class KeptScans:
         self._times.append(np.nan if scan.time is None else float(scan.time))
         self._bytes += rows.nbytes
 
-    def put(self) -> List[str]:
-        """Put all of them into the map file, in one step; returns their names in it.
+    def put(self, map_path: str) -> List[str]:
+        """Put all of them into a map file, in one step; returns their names in it.
 
         Raises:
             MapFileError: they cannot be put there; the map file is as it was.
         """
         added = isolated(
             "add_scans",
-            self._map_path,
+            map_path,
             self._files,
             matrices=np.array(self._poses),
             times=np.array(self._times),

@@ -24,7 +24,7 @@ _LINES = {
 }
 
 
-class LeftOut:
+class LeftOutCounts:
     """Counts by kind; the same things in any order of work give the same lines."""
 
     def __init__(self, stored: Mapping[str, Any] = {}) -> None:

@@ -8,7 +8,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 
 from mesh_map.scans.cloud_files import SCAN_POINTS, as_scan
 from mesh_map.scans.cloud_values import ORIGINS, CloudValues, usable
-from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.scan_source import ScanSource, Step, no_scans
 
 _COLORS, _INTENSITIES = "colors", ("intensity", "intensities", "reflectivity", "reflectance")
@@ -28,7 +28,7 @@ class MapScans(ScanSource):
 
     kind = "map"
 
-    def __init__(self, path: str, left_out: LeftOut) -> None:
+    def __init__(self, path: str, left_out: LeftOutCounts) -> None:
         super().__init__(path, left_out)
         self._summaries = isolated("scans", path)
         if not self._summaries:
@@ -60,9 +60,7 @@ class MapScans(ScanSource):
             return None
         begin = piece * SCAN_POINTS
         try:
-            rows = isolated(
-                "scan_rows", self.path, summary["name"], begin, begin + SCAN_POINTS
-            )
+            rows = isolated("scan_rows", self.path, summary["name"], begin, begin + SCAN_POINTS)
         except MapFileError as error:
             self.left_out.add("unreadable", name, reason=error.message)
             return None

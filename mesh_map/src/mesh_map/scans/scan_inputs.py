@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
-from mesh_msgs_hdf5.files.probe import HDF5_SIGNATURE, check_name, os_error, read_head
+from mesh_msgs_hdf5.files.probe import HDF5_SIGNATURE, check_name, read_head
 from mesh_msgs_hdf5.formats.clouds.poses import ScanPose, read_poses
 
 from mesh_map.scans.cloud_files import SUFFIXES, CloudFiles, cloud_paths
-from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.map_scans import MapScans
 from mesh_map.scans.scan_source import ScanSource, no_scans
 from mesh_map.scans.trajectory import Trajectory
@@ -44,7 +44,9 @@ class OpenedInputs(NamedTuple):
     notes: List[str]
 
 
-def open_inputs(paths: Sequence[str], options: InputOptions, left_out: LeftOut) -> OpenedInputs:
+def open_inputs(
+    paths: Sequence[str], options: InputOptions, left_out: LeftOutCounts
+) -> OpenedInputs:
     """Open inputs; all that can be seen without reading them is refused now.
 
     Args:
@@ -107,7 +109,7 @@ def _bag(
     frame: str,
     poses: Optional[List[ScanPose]],
     static: List[Any],
-    left_out: LeftOut,
+    left_out: LeftOutCounts,
 ) -> Any:
     try:
         from mesh_map.scans.bag_scans_ros import BagOptions, BagScans

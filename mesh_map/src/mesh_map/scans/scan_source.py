@@ -7,7 +7,7 @@ from typing import Iterator, List, NamedTuple, Optional
 from mesh_msgs_hdf5.files.probe import os_error
 from mesh_msgs_hdf5.model.errors import MapFileError
 
-from mesh_map.scans.left_out import LeftOut
+from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.scan import Scan
 
 _READ = 1 << 22  # bytes at once
@@ -34,7 +34,7 @@ class ScanSource:
 
     kind = ""
 
-    def __init__(self, path: str, left_out: LeftOut) -> None:
+    def __init__(self, path: str, left_out: LeftOutCounts) -> None:
         self.path, self.left_out = path, left_out
         self.notes: List[str] = []
         self.part = 0.0

@@ -276,7 +276,10 @@ def _parse(argv):
 
 
 def _parsed(parser, argv):
-    arguments, rest = parser.parse_known_args(argv)
+    if "--" in argv or any(action.nargs == argparse.PARSER for action in parser._actions):
+        arguments, rest = parser.parse_known_args(argv)
+    else:  # options may be between the names of files
+        arguments, rest = parser.parse_known_intermixed_args(argv)
     for word in rest:
         if word.startswith("-"):
             _suggest("option", word.split("=")[0], sorted(options_of(parser)))
