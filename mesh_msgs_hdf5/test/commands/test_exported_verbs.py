@@ -43,6 +43,14 @@ def run(arguments):
         save_file(os.path.join(arguments.how, "clean"), b"x")
         print(os.getpid(), flush=True)
         time.sleep(60)
+    if arguments.how == "save":
+        told = []
+        signal.signal(signal.SIGTERM, lambda *_: told.append(1))
+        print(os.getpid(), flush=True)
+        while not told:
+            time.sleep(0.01)
+        print("saved", flush=True)
+        return 143
     if arguments.how == "wait":
         try:
             print(os.getpid(), flush=True)
@@ -162,6 +170,13 @@ def test_an_interrupt_reaches_it_once(packages, to_both):
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130 and out == "tidy\n" and is_gone(child)
     assert err == "mesh_tool: error: interrupted, nothing was saved\n"
+
+
+def test_one_that_is_told_to_end_may_save_first(packages):
+    process, child = started("save")
+    process.send_signal(signal.SIGTERM)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (143, "saved\n", "") and is_gone(child)
 
 
 @pytest.mark.parametrize("number,code", [(signal.SIGINT, 130), (signal.SIGSEGV, 139)])

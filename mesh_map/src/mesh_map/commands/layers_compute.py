@@ -54,7 +54,10 @@ def run(arguments: argparse.Namespace) -> int:
     with ProgressLine(arguments.quiet) as progress:
         entries, notes = store_layers(arguments.file, arguments.part, wanted, progress)
     value = {"path": arguments.file, "layers": entries, "notes": notes}
-    say(arguments, value, ["  note: " + note for note in notes] + layer_lines(entries))
+    lines = ["  note: " + note for note in notes]
+    for entry in entries:
+        lines.append(values_text(entry) + ("" if entry["is_new"] else " (it was there already)"))
+    say(arguments, value, lines)
     return 0
 
 
@@ -118,12 +121,6 @@ def store_layers(
         if name in done + present
     ]
     return entries, notes
-
-
-def layer_lines(entries: List[Dict[str, Any]]) -> List[str]:
-    """A line for people of each entry."""
-    there = " (it was there already)"
-    return [values_text(entry) + ("" if entry["is_new"] else there) for entry in entries]
 
 
 def _checked(path: str, mesh_map: MeshMap, names: List[str]) -> List[str]:

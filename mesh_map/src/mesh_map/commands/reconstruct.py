@@ -14,6 +14,7 @@ from dataclasses import asdict, fields
 from typing import Any, Dict, List, Optional, Tuple
 
 from mesh_msgs_hdf5.commands._common import say
+from mesh_msgs_hdf5.commands.info import values_text
 from mesh_msgs_hdf5.commands.map_output import (
     add_map_output,
     check_map_output,
@@ -31,7 +32,7 @@ from mesh_msgs_hdf5.model.schema import check_frame_id
 
 from mesh_map.base.errors import Canceled, MeshMapError
 from mesh_map.base.stop_signals import StopSignals
-from mesh_map.commands.layers_compute import WantedLayers, layer_lines, store_layers
+from mesh_map.commands.layers_compute import WantedLayers, store_layers
 from mesh_map.commands.map_errors import as_map_errors
 from mesh_map.reconstruction.memory import default_memory_limit, parsed_bytes
 from mesh_map.reconstruction.options import FieldOptions, SurfaceOptions
@@ -104,6 +105,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "keep no file %s beside the map, by which --continue goes on" % state_path("map.h5")
     add("--no-state", action="store_true", help=text)
     add_map_output(parser)
+    text = (
+        "exit codes: 0 done, 1 it could not be done, 2 wrong usage, %d saved with less than asked"
+    )
+    text += " (memory budget, scans or layers that could not be stored), 130 or 143 stopped by a"
+    text += " signal, with what it had saved"
+    parser.epilog = "%s; %s" % (parser.epilog or "", text % LESS)
 
 
 def _length(text: str) -> float:
@@ -411,7 +418,7 @@ class _Work:
             self.notes.append("the map is saved, but without layers: %s" % error)
             return self._code or LESS
         self._value["layers"] = entries
-        self._lines += layer_lines(entries)
+        self._lines += [values_text(entry) for entry in entries]
         self.notes += notes
         return 0
 

@@ -27,11 +27,13 @@ def run_verb(verb: ExportedVerb, arguments: List[str]) -> Tuple[int, str]:
 
     Returns its exit code, and where a signal has ended it a line that says so.
 
-    Ctrl+C, and SIGINT sent to this process alone, reach it once; a second one ends it at once. It
-    ends with this process, however that ends. Raises KeyboardInterrupt where such a signal did.
+    Ctrl+C, and SIGINT sent to this process alone, reach it once; a second one ends it at once. So
+    does SIGTERM, which it may take as a reason to save what it has. It ends with this process,
+    however that ends. Raises KeyboardInterrupt where SIGINT has ended it.
     """
     process: Optional[subprocess.Popen] = None
     interrupts = 0
+    terminated = False
 
     def interrupt(*_: Any) -> None:
         nonlocal interrupts
@@ -39,17 +41,29 @@ def run_verb(verb: ExportedVerb, arguments: List[str]) -> Tuple[int, str]:
         if process is not None:
             process.send_signal(signal.SIGINT if interrupts == 1 else signal.SIGKILL)
 
+    def terminate(*_: Any) -> None:
+        nonlocal terminated
+        terminated = True
+        if process is not None:
+            process.send_signal(signal.SIGTERM)
+
     before = signal.signal(signal.SIGINT, interrupt)
+    before_term = signal.signal(signal.SIGTERM, terminate)
     try:
         process = subprocess.Popen(_command(verb, arguments))
         if interrupts:  # before it was there
             process.send_signal(signal.SIGINT)
+        if terminated:
+            process.send_signal(signal.SIGTERM)
         code = process.wait()
     finally:
         signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGTERM, before_term)
         if process is not None and process.poll() is None:
             process.kill()
             process.wait()
+    if terminated and code == -signal.SIGTERM:
+        os.kill(os.getpid(), signal.SIGTERM)  # whoever has sent it sees that it was obeyed
     if interrupts and code < 0:
         raise KeyboardInterrupt
     return (code, "") if code >= 0 else (_SIGNALED - code, _crash(verb, -code))

@@ -15,8 +15,13 @@ _MESSAGE = re.compile(r"- (`+) ?(.+?) ?\1$")
 
 # Where the sources of a folder are explained; the first that fits counts.
 PAGES = (
+    ("mesh_map/src/mesh_map/commands/reconstruct", "reconstruction.md"),
     ("mesh_map/src/mesh_map/commands/", "mesh_tool.md"),
     ("mesh_map/src/mesh_map/spatial/", "spatial.md"),
+    ("mesh_map/src/mesh_map/reconstruction/", "reconstruction.md"),
+    ("mesh_map/src/mesh_map/scans/", "reconstruction.md"),
+    ("mesh_map/src/reconstruction/", "reconstruction.md"),
+    ("mesh_map/src/bindings/reconstruction", "reconstruction.md"),
     ("mesh_map/src/mesh_map/", "layers.md"),
     ("mesh_map/nodes/", "layers.md"),
     ("mesh_map/", "spatial.md"),
