@@ -4,6 +4,7 @@ on; and what is refused."""
 import json
 import os
 import signal
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -124,6 +125,39 @@ def test_stopped_it_keeps_what_it_has_and_goes_on(world, tmp_path, capsys, monke
     assert_same_map(world["map"], path)
 
 
+def test_going_on_needs_no_option_again(world, tmp_path, capsys, monkeypatch):
+    """Poses, topics and so on of inputs are kept with them."""
+    clouds = write_clouds(tmp_path / "clouds", drive(), poses=False)
+    (tmp_path / "clouds" / "scan0.pcd").rename(tmp_path / "alone.pcd")
+    lines = pose_lines([ScanPose(scan.pose) for scan in drive()], "kitti")
+    (tmp_path / "p.txt").write_text(lines)
+    path, add = str(tmp_path / "map.h5"), Reconstruction.add
+
+    def interrupted(self, scan):
+        os.kill(os.getpid(), signal.SIGINT)
+        return add(self, scan)
+
+    monkeypatch.setattr(Reconstruction, "add", interrupted)
+    words = (tmp_path / "alone.pcd", clouds, path, *COARSE, "--poses", tmp_path / "p.txt")
+    assert call("reconstruct", *words, "--frame", ODOM) == 130
+    assert json.loads(capsys.readouterr().out)["scans"] == 1
+    monkeypatch.setattr(Reconstruction, "add", add)
+    bag = write_bag(tmp_path / "more.bag", drive()[:1])
+    value = said(capsys, "reconstruct", bag, path, "--continue")
+    assert [entry["scans"] for entry in value["inputs"]] == [1, 7, 1]
+    assert value["frame_id"] == ODOM and value["inputs"][1]["options"]["poses"].endswith("p.txt")
+
+
+def test_as_a_program(world, tmp_path):
+    program = Path(__file__).resolve().parents[2] / "nodes" / "reconstruct"
+    words = [str(program), world["bag"], *COARSE, str(tmp_path / "map.h5"), "--no-state", "--json"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0 and done.stderr == ""
+    assert json.loads(done.stdout)["output"] == str(tmp_path / "map.h5")
+    assert_same_map(world["map"], tmp_path / "map.h5")
+    assert [each.name for each in tmp_path.iterdir()] == ["map.h5"]
+
+
 def test_a_second_signal_ends_it(world, tmp_path, monkeypatch):
     def twice(self, scan):
         os.kill(os.getpid(), signal.SIGINT)
@@ -239,22 +273,23 @@ def test_going_on_refuses_what_does_not_fit(world, halves, tmp_path, capsys):
 
 def test_coordinates_of_a_national_grid(tmp_path, capsys):
     shift = np.array([690_000.0, 5_330_000.0, 500.0])
-    poses = [ScanPose(scan.pose) for scan in drive()]
+    poses = [ScanPose(scan.pose.copy()) for scan in drive()]
     for pose in poses:
         pose.matrix[:3, 3] += shift
     clouds = write_clouds(tmp_path / "clouds", drive(), poses=False)
     (tmp_path / "poses.txt").write_text(pose_lines(poses, "kitti"))
     more = ("--poses", tmp_path / "poses.txt", *COARSE)
-    said(capsys, "reconstruct", clouds, tmp_path / "far.h5", *more)
+    said(capsys, "reconstruct", clouds, tmp_path / "far.h5", *more, "--with-scans")
     far = MapFile(tmp_path / "far.h5").read()
+    said(capsys, "reconstruct", tmp_path / "far.h5", tmp_path / "again.h5", *COARSE)
+    again = MapFile(tmp_path / "again.h5").read()
+    assert again.origin == far.origin and abs(len(again.vertices) - len(far.vertices)) < 10
     assert far.origin == tuple(np.rint(poses[0].matrix[:3, 3]))
     said(capsys, "reconstruct", clouds, tmp_path / "b.h5", *more, "--origin", "690000,5330000,500")
     other = MapFile(tmp_path / "b.h5").read()
     assert other.origin == tuple(shift)
     middles = [mesh.vertices.mean(axis=0, dtype=np.float64) + mesh.origin for mesh in (far, other)]
     np.testing.assert_allclose(*middles, atol=0.05)
-    for pose in poses:
-        pose.matrix[:3, 3] -= shift
 
 
 def test_poses_that_jump_are_told(tmp_path, capsys):

@@ -194,7 +194,8 @@ def test_las_is_read_or_says_what_it_needs(tmp_path):
     header = laspy.LasHeader(point_format=3, version="1.2")
     header.offsets, header.scales = [690_000, 5_330_000, 500], [0.001] * 3
     cloud = laspy.LasData(header)
-    cloud.x, cloud.y, cloud.z = ([690_001.5, 690_002.0], [5_330_000.25] * 2, [501.0, 502.0])
+    cloud.x = np.array([690_001.5, 690_002.0])
+    cloud.y, cloud.z = np.full(2, 5_330_000.25), np.array([501.0, 502.0])
     cloud.red = np.uint16([65535, 0])
     cloud.intensity = np.uint16([7, 9])
     cloud.write(path)

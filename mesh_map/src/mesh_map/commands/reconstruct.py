@@ -10,7 +10,7 @@ import math
 import os
 import secrets
 import tempfile
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from typing import Any, Dict, List, Optional, Tuple
 
 from mesh_msgs_hdf5.commands._common import say
@@ -47,8 +47,8 @@ from mesh_map.reconstruction.session import (
 )
 from mesh_map.reconstruction.state_file import read_state, save_state, state_path
 from mesh_map.scans.kept_scans import KeptScans
-from mesh_map.scans.left_out import LeftOutCounts
-from mesh_map.scans.scan_inputs import InputOptions, OpenedInputs, open_inputs
+from mesh_map.scans.scan_inputs import InputOptions, open_inputs
+from mesh_map.scans.scan_source import ScanSource
 
 NAME = "reconstruct"
 HELP = "make a map of scans: bags, point clouds with poses, or the scans in a map file"
@@ -257,33 +257,44 @@ class _Work:
             self._field_options(self._made.options.stored())
             records = input_records(self._header["inputs"])
         progress.stage("opening the inputs")
-        inputs = self._open(self._paths(records), self._made.left_out)
-        self._frame = inputs.frame
-        self.notes += inputs.notes
-        self._session = ReconstructionSession(self._made, inputs.sources, records)
+        self._frame = arguments.frame.lstrip("/") or self._header.get("frame", "")
+        if self._frame != self._header.get("frame", self._frame):
+            text = "the map is in frame %s, not %s" % (self._header["frame"], self._frame)
+            raise MeshMapError(text, "leave --frame out, or begin anew")
+        self._session = ReconstructionSession(self._made, self._open(records), records)
 
-    def _paths(self, records: List[InputRecord]) -> List[str]:
-        """The inputs that are named, and those of before that are not complete."""
-        paths = list(dict.fromkeys(self.arguments.inputs))
+    def _open(self, records: List[InputRecord]) -> List[ScanSource]:
+        """Sources of the inputs of before that are not complete, and of those that are named;
+        those of before are opened as they were."""
+        arguments = self.arguments
+        named = list(dict.fromkeys(arguments.inputs))
+        groups: List[Tuple[InputOptions, List[str]]] = []
         for record in records:
-            if not record.complete and record.path not in paths:
-                if os.path.exists(record.path):
-                    paths.append(record.path)
-                else:
+            if not os.path.exists(record.path):
+                if not record.complete:
                     text = "%s is not there any more: %d of its scans are in the map"
                     self.notes.append(text % (record.path, record.scans))
-        return paths
-
-    def _open(self, paths: List[str], left_out: LeftOutCounts) -> OpenedInputs:
-        arguments = self.arguments
-        frame = arguments.frame.lstrip("/") or self._header.get("frame", "")
-        if frame != self._header.get("frame", frame):
-            text = "the map is in frame %s, not %s" % (self._header["frame"], frame)
-            raise MeshMapError(text, "leave --frame out, or begin anew")
-        options = InputOptions(
-            arguments.topics, frame, arguments.clock, arguments.poses, arguments.sensor
-        )
-        return open_inputs(paths, options, left_out)
+                continue
+            options = InputOptions(**record.options)
+            if not groups or groups[-1][0] != options:
+                groups.append((options, []))
+            groups[-1][1].append(record.path)
+        known = {record.path for record in records}
+        new = InputOptions(arguments.topics, "", arguments.clock, arguments.poses, arguments.sensor)
+        groups.append((new, [path for path in named if path not in known]))
+        wanted = {*named, *(record.path for record in records if not record.complete)}
+        sources: List[ScanSource] = []
+        static: List[Any] = []
+        for options, paths in groups:
+            if not wanted.intersection(paths):
+                continue
+            options = replace(options, frame=self._frame)
+            inputs = open_inputs(paths, options, self._made.left_out, static)
+            self._frame = self._frame or inputs.frame
+            self.notes += [note for note in inputs.notes if note not in self.notes]
+            sources += [source for source in inputs.sources if source.path in wanted]
+        self._frame = self._frame or "map"
+        return sources
 
     def _field_options(self, before: Dict[str, Any]) -> FieldOptions:
         """Those of the arguments; refuses others than those of before."""

@@ -2,7 +2,8 @@
 
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from threading import Event
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
 
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -27,6 +28,7 @@ class InputRecord:
     position: a position of its source (see Step).
     scans, points: that are in the field.
     complete: nothing of it is left.
+    options: of its source.
     """
 
     path: str
@@ -37,6 +39,7 @@ class InputRecord:
     scans: int = 0
     points: int = 0
     complete: bool = False
+    options: Dict[str, Any] = field(default_factory=dict)
 
 
 def input_records(values: Sequence[Mapping[str, Any]]) -> List[InputRecord]:
@@ -106,24 +109,37 @@ class ReconstructionSession:
         Raises:
             MapFileError, MeshMapError: an input is another one than before.
         """
+        ended = Event()
         with ThreadPoolExecutor(1) as threads:  # reads the files once more, while scans are used
-            digests = [threads.submit(fingerprint, each.files()) for each in self._sources]
+            digests = [
+                threads.submit(fingerprint, source.files(), ended.is_set)
+                for source in self._sources
+            ]
             outcome, rate = DONE, Rate()
-            for i, source in enumerate(self._sources):
-                outcome = self._use(i, source, digests[i], rate, is_stopped, tell, kept)
-                if outcome != DONE:
-                    break
-            for i, record in self._mine.items():
-                if not record.blake2b:
-                    record.blake2b = self._digest(record.path, digests[i])
-            if outcome == STOPPED:
-                for digest in digests:
-                    digest.cancel()
+            try:
+                for i, source in enumerate(self._sources):
+                    outcome = self._use(i, source, digests[i], rate, is_stopped, tell, kept)
+                    if outcome != DONE:
+                        break
+                for i, source in enumerate(self._sources):
+                    if i in self._mine:
+                        record = self._mine[i]
+                        record.blake2b = record.blake2b or self._digest(record.path, digests[i])
+                    else:
+                        self._add_unused(i, source)
+            finally:
+                ended.set()
         return outcome
 
     def stored(self) -> List[Dict[str, Any]]:
         """The records as json can write them."""
         return [asdict(record) for record in self.records]
+
+    def _add_unused(self, i: int, source: ScanSource) -> None:
+        """Keep an input that has not been begun with, for whoever goes on."""
+        if source.path not in [record.path for record in self.records]:
+            record = InputRecord(source.path, source.kind, self._bytes[i], options=source.options)
+            self.records.append(record)
 
     def _use(
         self,
@@ -167,11 +183,13 @@ class ReconstructionSession:
         return DONE
 
     def _record(self, i: int, source: ScanSource, digest: "Future[str]") -> InputRecord:
-        record = InputRecord(source.path, source.kind, self._bytes[i])
+        record = InputRecord(source.path, source.kind, self._bytes[i], options=source.options)
         if self._known:
             record.blake2b = digest.result()
             for known in self._known:
-                if known.blake2b == record.blake2b:
+                is_unused = known.path == source.path and not known.position
+                if known.blake2b == record.blake2b or is_unused:
+                    known.blake2b, known.bytes = record.blake2b, record.bytes
                     return known
             again = [known for known in self._known if known.path == source.path]
             if again:

@@ -162,7 +162,7 @@ class BagScans(ScanSource):
         wanted, sensor = frame_name(self._options.frame), sensors[0]
         fixed = wanted or frames.fixed(sensor)
         odometry = odometry_topics(bag)
-        if not (wanted and frames.moving) and not frames.fixed(sensor) and odometry:
+        if odometry and not frames.fixed(sensor) and wanted not in frames.chain(sensor):
             frames, fixed = self._by_odometry(bag, odometry, sensor)
             fixed = wanted or fixed
         if not fixed:

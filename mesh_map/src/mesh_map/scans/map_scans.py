@@ -3,7 +3,7 @@
 from typing import Any, Dict, Iterator
 
 import numpy as np
-from mesh_msgs_hdf5.isolation import isolated
+from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.model.errors import MapFileError
 
 from mesh_map.scans.cloud_files import SCAN_POINTS, as_scan
@@ -21,7 +21,7 @@ class MapScans(ScanSource):
         path: of the map file.
         left_out: for counts.
     Attributes:
-        origin: (3,) float64 m, of the map: what its poses are relative to.
+        frame: of the map; "" if it has no mesh.
     Raises:
         MapFileError: there are no scans, or the file cannot be read.
     """
@@ -34,6 +34,12 @@ class MapScans(ScanSource):
         if not self._summaries:
             hint = "mesh_tool scans add puts scans into it; name bags or clouds"
             raise no_scans(path, "this map file has no scans", hint)
+        self.frame, self._origin = "", np.zeros(3)
+        try:
+            file = IsolatedMapFile(path)
+            self.frame, self._origin = file.frame_id, np.array(file.origin, np.float64)
+        except MapFileError:  # scans alone
+            pass
 
     def steps(self, start: int = 0) -> Iterator[Step]:
         position = 0
@@ -68,7 +74,9 @@ class MapScans(ScanSource):
         if not len(values):
             self.left_out.add("empty", name)
             return None
-        return as_scan(values, np.array(pose), summary["time"], name)
+        placed = np.array(pose)
+        placed[:3, 3] += self._origin
+        return as_scan(values, placed, summary["time"], name)
 
 
 def _values(rows: Dict[str, np.ndarray]) -> CloudValues:

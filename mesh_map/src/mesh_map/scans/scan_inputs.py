@@ -34,6 +34,12 @@ class InputOptions:
     poses: Optional[str] = None
     sensor: Optional[Sequence[float]] = None
 
+    def stored(self) -> Dict[str, Any]:
+        """What json can write: all but the frame, which is that of the map."""
+        sensor = None if self.sensor is None else list(self.sensor)
+        values = {"topics": list(self.topics), "clock": self.clock}
+        return {**values, "poses": self.poses, "sensor": sensor}
+
 
 class OpenedInputs(NamedTuple):
     """sources: one for each input, in their order; frame: that the map is made in; notes: what is
@@ -45,7 +51,10 @@ class OpenedInputs(NamedTuple):
 
 
 def open_inputs(
-    paths: Sequence[str], options: InputOptions, left_out: LeftOutCounts
+    paths: Sequence[str],
+    options: InputOptions,
+    left_out: LeftOutCounts,
+    static: Optional[List[Any]] = None,
 ) -> OpenedInputs:
     """Open inputs; all that can be seen without reading them is refused now.
 
@@ -53,6 +62,7 @@ def open_inputs(
         paths: of files and folders.
         options: see there.
         left_out: takes what is left out, also while sources are read.
+        static: messages with static transforms of bags that were opened before; grows.
     Raises:
         MapFileError: one cannot be read, or has no scans, or there are no poses for them.
     """
@@ -68,14 +78,16 @@ def open_inputs(
         raise no_scans(str(options.poses), "it has no poses", "one for each scan, a line each")
     by_cloud = _cloud_poses(files, poses, options, _BAG in kinds, notes)
     sources: List[ScanSource] = []
-    frame, static = options.frame, []  # type: str, List[Any]
+    frame, static = options.frame, [] if static is None else static
     for path, kind in zip(paths, kinds):
         if kind == _BAG:
             bag = _bag(path, options, frame, poses, static, left_out)
             frame = frame or bag.frame
             sources.append(bag)
         elif kind == _MAP:
-            sources.append(MapScans(path, left_out))
+            scans = MapScans(path, left_out)
+            frame = frame or scans.frame
+            sources.append(scans)
         else:
             sensor = None if options.sensor is None else np.array(options.sensor, np.float64)
             sources.append(CloudFiles(path, files[path], by_cloud[path], sensor, left_out))
@@ -84,6 +96,7 @@ def open_inputs(
     if options.sensor is None:
         _check_posed([each for each in sources if isinstance(each, CloudFiles)], notes)
     for source in sources:
+        source.options = options.stored()
         notes += [note for note in source.notes if note not in notes]
     return OpenedInputs(sources, frame or "map", notes)
 

@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from typing import Iterator, List, NamedTuple, Optional
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional
 
 from mesh_msgs_hdf5.files.probe import os_error
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -29,6 +29,7 @@ class ScanSource:
         kind: "bag", "clouds" or "map".
         left_out: what is left out, counted; of all sources together.
         notes: what else is to be said, once.
+        options: with which it was opened, what json can write (see InputOptions.stored).
         part: how much has been read, from 0 to 1.
     """
 
@@ -37,6 +38,7 @@ class ScanSource:
     def __init__(self, path: str, left_out: LeftOutCounts) -> None:
         self.path, self.left_out = path, left_out
         self.notes: List[str] = []
+        self.options: Dict[str, Any] = {}
         self.part = 0.0
 
     def files(self) -> List[str]:
@@ -55,9 +57,11 @@ class ScanSource:
         raise NotImplementedError
 
 
-def fingerprint(files: List[str]) -> str:
+def fingerprint(files: List[str], is_ended: Callable[[], bool] = lambda: False) -> str:
     """32 hexadecimal digits of what is in some files, in their order (BLAKE2b).
 
+    Args:
+        is_ended: asked now and then; true gives up, and returns "".
     Raises:
         MapFileError: a file that cannot be read.
     """
@@ -67,6 +71,8 @@ def fingerprint(files: List[str]) -> str:
         try:
             with open(path, "rb") as stream:
                 while True:
+                    if is_ended():
+                        return ""
                     block = stream.read(_READ)
                     if not block:
                         break
