@@ -113,12 +113,14 @@ def test_stopped_it_keeps_what_it_has_and_goes_on(world, tmp_path, capsys, monke
         return used
 
     monkeypatch.setattr(Reconstruction, "add", interrupted)
-    assert call("reconstruct", world["bag"], path, *COARSE) == 128 + number
+    words = (world["bag"], path, *COARSE, "--layers", "height_diff")
+    assert call("reconstruct", *words) == 128 + number
     found = capsys.readouterr()
     value = json.loads(found.out)
     assert value["scans"] == 3 and "stopped after 3 scans; --continue goes on" in found.err
     mesh = MapFile(path).read()
     assert len(mesh.faces) == value["faces"] > 0 and not mesh.source["complete"]
+    assert not mesh.vertex_costs and any("no layers were computed" in n for n in value["notes"])
     monkeypatch.setattr(Reconstruction, "add", add)
     value = said(capsys, "reconstruct", path, "--continue")
     assert value["scans"] == 8
@@ -156,6 +158,20 @@ def test_as_a_program(world, tmp_path):
     assert json.loads(done.stdout)["output"] == str(tmp_path / "map.h5")
     assert_same_map(world["map"], tmp_path / "map.h5")
     assert [each.name for each in tmp_path.iterdir()] == ["map.h5"]
+
+
+def test_parts_of_a_map_have_states_of_their_own(world, halves, tmp_path, capsys):
+    path = str(tmp_path / "site.h5")
+    for name, bag in zip(("floor1", "floor2"), halves):
+        said(capsys, "reconstruct", bag, path, *COARSE, "--to-part", name)
+    with pytest.raises(MapFileError, match="it has a part floor1 already"):
+        call("reconstruct", halves[0], path, *COARSE, "--to-part", "floor1")
+    second = MapFile(path, "floor2").read()
+    value = said(capsys, "reconstruct", halves[1], path, "--continue", "--to-part", "floor1")
+    assert value["scans"] == 8
+    whole, mesh = MapFile(world["map"]).read(), MapFile(path, "floor1").read()
+    assert np.array_equal(mesh.vertices, whole.vertices)
+    assert np.array_equal(MapFile(path, "floor2").read().vertices, second.vertices)
 
 
 def test_a_second_signal_ends_it(world, tmp_path, monkeypatch):
@@ -302,7 +318,7 @@ def test_poses_that_jump_are_told(tmp_path, capsys):
     value = said(capsys, "reconstruct", bag, tmp_path / "map.h5", *COARSE)
     assert value["scans"] == 8
     assert any(
-        note.startswith("the pose jumps 1 times, first to scan 5 of /points: 9.")
+        note.startswith("the pose jumps 1 time, first to scan 5 of /points: 9.")
         for note in value["notes"]
     )
 

@@ -73,7 +73,7 @@ def test_points_that_say_nothing_are_counted():
     left_out.add("not_finite", "scan 2 of /points", 5)
     assert left_out.lines() == [
         "left out: 7 points that are not finite, in 2 scans (first: scan 1 of /points)",
-        "left out: 1 points at the sensor itself, which say nothing, in 1 scan (scan 1 of /points)",
+        "left out: 1 point at the sensor itself, which say nothing, in 1 scan (scan 1 of /points)",
     ]
     assert LeftOutCounts(left_out.stored()).lines() == left_out.lines()
 

@@ -149,12 +149,15 @@ def run(arguments: argparse.Namespace) -> int:
     layers = WantedLayers(arguments.layers, arguments.config)
     if layers.names or layers.config:
         layers.check(output)
-    with as_map_errors(output) as warnings, StopSignals() as stop:
-        begun = _begun(arguments)
+    state = state_path(output, arguments.to_part)
+    with as_map_errors(output) as warnings:
+        begun = _begun(arguments, state)
         _check_output(arguments, begun is not None)
+        stop = StopSignals()
         with ProgressLine(arguments.quiet) as progress:
-            work = _Work(arguments, stop, progress, begun)
-            code = work.run()
+            work = _Work(arguments, state, stop, progress, begun)
+            with stop:
+                code = work.run()
             if layers.names or layers.config:
                 code = work.store_layers(layers) or code
         work.notes += warnings
@@ -165,29 +168,33 @@ def run(arguments: argparse.Namespace) -> int:
 # What was there before
 
 
-def _begun(arguments: argparse.Namespace) -> Optional[Tuple[Dict[str, Any], bytes]]:
+def _begun(arguments: argparse.Namespace, state: str) -> Optional[Tuple[Dict[str, Any], bytes]]:
     """The state to go on from; None to begin."""
     if not arguments.goes_on:
         if not arguments.inputs:
             raise MapFileError("value", arguments.output, "there is no input", EXAMPLE)
         return None
-    path = state_path(arguments.output)
-    if not os.path.exists(path):
-        text = "there is no %s, from which --continue could go on" % path
+    if not os.path.exists(state):
+        text = "there is no %s, from which --continue could go on" % state
         hint = "begin without --continue; --no-state keeps none"
         raise MapFileError("missing", arguments.output, text, hint)
-    header, data = read_state(path)
-    return header, data
+    return read_state(state)
 
 
 def _check_output(arguments: argparse.Namespace, goes_on: bool) -> None:
     """Refuse what cannot be saved before the work begins."""
     output = arguments.output
-    if goes_on and os.path.exists(output):
-        _check_ours(arguments)
+    parts = isolated("parts", output) if os.path.exists(output) and is_map_file(output) else []
+    if goes_on and parts:
+        part = arguments.to_part or ("mesh" if "mesh" in parts else parts[0] or "/")
+        if not arguments.force and part.strip("/") in parts:
+            _check_ours(output, part)
         # what else is in the file, such as scans, stays
-        arguments.to_part = arguments.to_part or _part(output)
-        arguments.force = True
+        arguments.to_part, arguments.force = part, True
+    elif arguments.to_part is not None and arguments.to_part.strip("/") in parts:
+        if not arguments.force:
+            text = "it has a part %s already" % arguments.to_part
+            raise MapFileError("exists", output, text, "--force replaces it")
     for path in arguments.inputs:
         if os.path.exists(output) and os.path.exists(path) and os.path.samefile(path, output):
             text = "it is an input and the output"
@@ -201,19 +208,9 @@ def _check_output(arguments: argparse.Namespace, goes_on: bool) -> None:
         raise MapFileError("save", output, text, "make room on the disk, or save elsewhere")
 
 
-def _part(output: str) -> str:
-    parts = isolated("parts", output)
-    return "mesh" if "mesh" in parts or len(parts) != 1 else parts[0] or "/"
-
-
-def _check_ours(arguments: argparse.Namespace) -> None:
-    """Refuse to replace a map that is not that of the state, or has labels, unless --force."""
-    output = arguments.output
-    if arguments.force:
-        return
-    if not is_map_file(output):
-        raise MapFileError("exists", output, "it is no map file", "--force replaces it")
-    contents = open_map(output, arguments.to_part).members
+def _check_ours(output: str, part: str) -> None:
+    """Refuse to replace a mesh that is not that of the state, or has labels."""
+    contents = open_map(output, part).members
     if contents.source.get("made") != _MADE:
         text = "it was not made by this command, or was changed since, and would be replaced"
         raise MapFileError("exists", output, text, "--force replaces it, or name another output")
@@ -232,11 +229,13 @@ class _Work:
     def __init__(
         self,
         arguments: argparse.Namespace,
+        state: str,
         stop: StopSignals,
         progress: ProgressLine,
         begun: Optional[Tuple[Dict[str, Any], bytes]],
     ) -> None:
         self.arguments, self._stop, self._progress = arguments, stop, progress
+        self._state = state
         self.notes: List[str] = []
         self._code = 0
         self._value: Dict[str, Any] = {}
@@ -337,7 +336,8 @@ class _Work:
         if outcome == STOPPED:
             self._code = self._stop.exit_code
             text = "stopped after %d scans; --continue goes on (again: ends at once)"
-            self._progress.write("mesh_tool: " + text % made.scans)
+            if not self.arguments.quiet:
+                self._progress.write("mesh_tool: " + text % made.scans)
         elif outcome == OUT_OF_MEMORY:
             self._code = LESS
         try:
@@ -367,7 +367,7 @@ class _Work:
                 self._code = self._code or LESS
 
     def _save_state(self) -> None:
-        path = state_path(self.arguments.output)
+        path = self._state
         self._progress.stage("saving " + path)
         values, data = self._made.stored()
         header = {
@@ -421,6 +421,9 @@ class _Work:
     def store_layers(self, layers: WantedLayers) -> int:
         """Compute layers; returns the exit code if they could not be stored, else 0."""
         arguments = self.arguments
+        if self._stop.is_stopped():
+            self.notes.append("no layers were computed; mesh_tool layers compute does that")
+            return 0
         try:
             entries, notes = store_layers(
                 arguments.output, arguments.to_part, layers, self._progress

@@ -8,7 +8,7 @@ import hashlib
 import json
 import os
 import struct
-from typing import Any, Dict, Tuple
+from typing import Any, Dict, Optional, Tuple
 
 from mesh_msgs_hdf5.files.probe import check_regular, os_error
 from mesh_msgs_hdf5.files.save import save_file, write_all
@@ -21,9 +21,10 @@ _DIGEST = 32  # bytes
 _MOST_HEADER = 1 << 28
 
 
-def state_path(map_path: str) -> str:
-    """Where the state of the reconstruction of a map is."""
-    return map_path + SUFFIX
+def state_path(map_path: str, part: Optional[str] = None) -> str:
+    """Where the state of the reconstruction of a map is, or of one part of the map file."""
+    plain = (part or "").strip("/").replace("/", "_")
+    return map_path + ("." + plain if plain else "") + SUFFIX
 
 
 def save_state(path: str, header: Dict[str, Any], data: bytes) -> int:

@@ -2,26 +2,29 @@
 
 from typing import Any, Dict, List, Mapping
 
+from mesh_map.geometry.topology import quantity
+
 # kind -> the line, of its count, and of how many scans and the first of them
 _LINES = {
-    "not_finite": "left out: {count} points that are not finite, in {scans}",
-    "no_return": "left out: {count} points at the sensor itself, which say nothing, in {scans}",
-    "too_near": "left out: {count} points nearer than --min_range, in {scans}",
-    "too_far": "left out: {count} points farther than --max_range, in {scans}",
-    "outside": "left out: {count} points too far from the map's origin, in {scans}",
-    "decimated": "left out: {count} points by --decimate, in {scans}",
+    "not_finite": "left out: {points} that are not finite, in {scans}",
+    "no_return": "left out: {points} at the sensor itself, which say nothing, in {scans}",
+    "too_near": "left out: {points} nearer than --min_range, in {scans}",
+    "too_far": "left out: {points} farther than --max_range, in {scans}",
+    "outside": "left out: {points} too far from the map's origin, in {scans}",
+    "decimated": "left out: {points} by --decimate, in {scans}",
     "empty": "left out: {scans} without a point",
     "no_pose": "left out: {scans} without a pose: {reason}",
     "unreadable": "left out: {scans} that cannot be read: {reason}",
     "no_origin": "left out: {scans} too far from the map's origin: {reason}",
-    "jump": "the pose jumps {count} times, first to {first}: {reason}",
+    "jump": "the pose jumps {times}, first to {first}: {reason}",
     "no_times": "motion within {scans} is not undone: {reason}",
-    "odd_transform": "left out: {count} transforms that are no rotation and translation: {reason}",
+    "odd_transform": "left out: {transforms} that are no rotation and translation: {reason}",
     "no_colors": "{scans} without colors among such with colors",
     "no_intensities": "{scans} without intensities among such with intensities",
     "late_colors": "colors of {scans} are not used: the first scan has none",
     "late_intensities": "intensities of {scans} are not used: the first scan has none",
 }
+_NOUNS = ("points", "times", "transforms")
 
 
 class LeftOutCounts:
@@ -62,8 +65,9 @@ class LeftOutCounts:
                 continue
             many = "%d scans (first: %s)" % (entry["scans"], entry["first"])
             scans = "1 scan (%s)" % entry["first"] if entry["scans"] == 1 else many
-            values = {name: entry[name] for name in ("count", "first", "reason")}
-            lines.append(template.format(scans=scans, **values))
+            counted = {noun: quantity(entry["count"], noun) for noun in _NOUNS}
+            values = {"scans": scans, "first": entry["first"], "reason": entry["reason"]}
+            lines.append(template.format(**counted, **values))
         return lines
 
     def stored(self) -> Dict[str, Dict[str, Any]]:
