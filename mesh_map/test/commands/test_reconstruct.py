@@ -196,7 +196,7 @@ def test_the_memory_budget_stops_it_with_what_it_has(world, tmp_path, capsys):
     assert 0 < value["scans"] < 8 and len(MapFile(path).read().faces) == value["faces"]
     assert "more than its limit of" in value["notes"][-1]
     value = said(capsys, "reconstruct", path, "--continue")
-    assert value["scans"] == 8
+    assert value["scans"] == 8 and value["points"] == MapFile(world["map"]).source["points"]
 
 
 def test_a_range_that_is_wrong_does_not_take_all_memory(tmp_path, capsys):

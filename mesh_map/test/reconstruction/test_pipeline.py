@@ -9,9 +9,11 @@ from scan_bags import drive
 from mesh_map.base.cancel import CancelFlag
 from mesh_map.base.errors import Canceled, MeshMapError
 from mesh_map.geometry.topology import Topology
+from mesh_map.reconstruction import pipeline
 from mesh_map.reconstruction.options import FieldOptions, SurfaceOptions
 from mesh_map.reconstruction.pipeline import Reconstruction
 from mesh_map.reconstruction.pose_jumps import PoseJumps
+from mesh_map.reconstruction.signed_distance import FieldMemoryError
 from mesh_map.scans.left_out import LeftOutCounts
 
 COARSE = FieldOptions(voxel_size=0.3)
@@ -44,6 +46,26 @@ def test_threads_and_a_break_change_no_bit():
         Reconstruction.restored(values, data[:-100])
     with pytest.raises(MeshMapError, match="damaged"):
         Reconstruction.restored({}, data)
+
+
+def test_no_point_counts_twice_after_the_memory_limit(monkeypatch):
+    monkeypatch.setattr(pipeline, "BATCH_POINTS", 500)
+    whole = made_of(drive()[:4])
+    part = Reconstruction(COARSE, memory_limit=int(0.8 * whole.memory))
+    done = 0
+    with pytest.raises(FieldMemoryError, match="more than its limit"):
+        for scan in drive()[:4]:
+            part.add(scan)
+            done += 1
+    rest = Reconstruction.restored(*part.stored())
+    for scan in drive()[done:4]:
+        rest.add(scan)
+    assert 0 < done == part.scans < 4 and rest.points == whole.points
+    observed = [
+        made.surface(SURFACE)[0].vertex_attributes["observations"] for made in (rest, whole)
+    ]
+    assert observed[0].mean() == pytest.approx(observed[1].mean(), rel=0.02)
+    assert rest.left_out.stored() == whole.left_out.stored()
 
 
 def test_the_surface_can_be_driven_on():

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import Any, Dict, Mapping, Optional, Tuple
+from typing import Any, Dict, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -12,13 +12,24 @@ from mesh_map.base.errors import MeshMapError
 from mesh_map.reconstruction.drivable_surface import SurfaceChanges, drivable
 from mesh_map.reconstruction.options import FieldOptions, SurfaceOptions
 from mesh_map.reconstruction.pose_jumps import PoseJumps
-from mesh_map.reconstruction.signed_distance import SignedDistanceField
+from mesh_map.reconstruction.signed_distance import IntegrationReport, SignedDistanceField
 from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.scan import Scan
 
 OBSERVATIONS, INTENSITY = "observations", "intensity"  # attributes of vertices
 _ROUNDED = 2.0**-24  # of a coordinate, by float32
 _FINE, _COARSE = 0.01, 0.1  # of a voxel, that rounding may be without an origin, and at all
+BATCH_POINTS = 1 << 16  # of which a field takes all distances or, without memory for them, none
+_NOTHING = IntegrationReport(0, 0, 0, 0, 0)
+
+
+class _Begun(NamedTuple):
+    """How many points of a scan of so many are in the field, and what became of them."""
+
+    name: str
+    count: int
+    done: int
+    report: IntegrationReport
 
 
 class Reconstruction:
@@ -51,6 +62,7 @@ class Reconstruction:
         self._field: Optional[SignedDistanceField] = None
         self._colors = self._intensities = False
         self._jumps = PoseJumps(self.left_out)
+        self._begun = _Begun("", 0, 0, _NOTHING)
 
     @property
     def memory(self) -> int:
@@ -63,7 +75,8 @@ class Reconstruction:
         Returns:
             what of it was used, with its pose relative to the origin; None for nothing.
         Raises:
-            FieldMemoryError: the memory limit is reached; a part of the scan may be in the field.
+            FieldMemoryError: the memory limit is reached. Where a part of the scan is in the field
+                already, it is not used again when the same scan comes next.
         """
         if self._field is None:
             self._begin(scan)
@@ -73,9 +86,7 @@ class Reconstruction:
             return None
         colors = self._channel(placed, "colors", self._colors)
         intensities = self._channel(placed, "intensities", self._intensities)
-        report = self._field.integrate(
-            placed.in_map(), placed.origins_in_map(), colors=colors, intensities=intensities
-        )
+        report = self._integrated(placed, colors, intensities)
         self._jumps.add(placed)
         left = self.left_out
         left.add("decimated", scan.name, len(scan.points) - len(placed.points))
@@ -131,6 +142,7 @@ class Reconstruction:
             "intensities": self._intensities,
             "scans": self.scans,
             "points": self.points,
+            "begun": list(self._begun),
             "left_out": self.left_out.stored(),
         }
         return values, self._field.to_bytes()
@@ -153,6 +165,8 @@ class Reconstruction:
             made = cls(options, memory_limit, LeftOutCounts(values["left_out"]), threads)
             made.origin = np.array(values["origin"], np.float64).reshape(3)
             made.scans, made.points = int(values["scans"]), int(values["points"])
+            name, count, done, report = values["begun"]
+            made._begun = _Begun(str(name), int(count), int(done), IntegrationReport(*report))
             made._colors = bool(values["colors"])
             made._intensities = bool(values["intensities"])
             made._field = SignedDistanceField.from_bytes(
@@ -163,6 +177,28 @@ class Reconstruction:
                 "what is stored of a reconstruction is damaged: %s" % error
             ) from error
         return made
+
+    def _integrated(
+        self, scan: Scan, colors: Optional[np.ndarray], intensities: Optional[np.ndarray]
+    ) -> IntegrationReport:
+        """What became of the points of a scan, which goes into the field piece by piece."""
+        assert self._field is not None
+        points, origins, count = scan.in_map(), scan.origins_in_map(), len(scan.points)
+        if (self._begun.name, self._begun.count) != (scan.name, count):
+            self._begun = _Begun(scan.name, count, 0, _NOTHING)
+        for begin in range(self._begun.done, count, BATCH_POINTS):
+            piece = slice(begin, begin + BATCH_POINTS)
+            report = self._field.integrate(
+                points[piece],
+                origins if origins.ndim == 1 else origins[piece],
+                colors=None if colors is None else colors[piece],
+                intensities=None if intensities is None else intensities[piece],
+            )
+            done = min(count, begin + BATCH_POINTS)
+            self._begun = _Begun(scan.name, count, done, self._begun.report + report)
+        report = self._begun.report
+        self._begun = _Begun("", 0, 0, _NOTHING)
+        return report
 
     def _begin(self, first: Scan) -> None:
         options = self.options
