@@ -85,8 +85,8 @@ def simplify(
         )
         is_fin = surface.fins(found, found_regions)
         found, found_regions = found[~is_fin], found_regions[~is_fin]
-        found = surface.unfolded(found, found_regions)
-        bad, parents, distance = surface.faults(found, found_regions, max_error)
+        found, parents, turned = surface.unfolded(found, found_regions)
+        bad, distance = surface.faults(found, found_regions, turned, max_error)
         if not bad.any():
             break
         around = bad[faces].any(axis=1)
@@ -200,17 +200,22 @@ class _Surface:
         is_fin[places] = pairs[number]
         return is_fin
 
-    def unfolded(self, faces: np.ndarray, regions: np.ndarray) -> np.ndarray:
-        """The faces with edges flipped where a face was turned over and that turns it back."""
+    def unfolded(
+        self, faces: np.ndarray, regions: np.ndarray
+    ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(the faces with edges flipped where a face was turned over and that turns it back; their
+        parents; (N,) bool, which are turned over still)."""
         faces = faces.copy()
         parents, turned = self._parents(faces, regions)
         turned &= ~self._is_same(faces, parents)
         for _ in range(_FLIP_ROUNDS):
-            changed = self._flip(faces, regions, np.flatnonzero(turned))
+            changed = np.zeros(0, np.int64)
+            if turned.any():
+                changed = self._flip(faces, regions, np.flatnonzero(turned))
             if not len(changed):
                 break
-            turned[changed] = self._parents(faces[changed], regions[changed])[1]
-        return faces
+            parents[changed], turned[changed] = self._parents(faces[changed], regions[changed])
+        return faces, parents, turned & ~self._is_same(faces, parents)
 
     def _flip(self, faces: np.ndarray, regions: np.ndarray, turned: np.ndarray) -> np.ndarray:
         """Flips one edge of each of these faces, where that helps; which faces have changed."""
@@ -254,10 +259,10 @@ class _Surface:
         return np.array(sorted(changed), np.int64)
 
     def faults(
-        self, faces: np.ndarray, regions: np.ndarray, max_error: float
-    ) -> Tuple[np.ndarray, np.ndarray, float]:
-        """((V,) bool, vertices at which there is a fault; (N,) the parents of the faces; the
-        largest distance in meters from a vertex to the faces, infinite where it was not needed)."""
+        self, faces: np.ndarray, regions: np.ndarray, turned: np.ndarray, max_error: float
+    ) -> Tuple[np.ndarray, float]:
+        """((V,) bool, vertices at which there is a fault; the largest distance in meters from a
+        vertex to the faces, infinite where it was not needed)."""
         bad = np.zeros(len(self._vertices), bool)
         topology = self._topology_of(faces)
         keys = _edge_keys(topology, _faulty(topology))
@@ -270,21 +275,20 @@ class _Surface:
         bad[(wrong >> np.uint64(32)).astype(np.int64)] = True
         bad[(wrong & np.uint64(0xFFFFFFFF)).astype(np.int64)] = True
         bad = bad[self._originals]
-        parents, turned = self._parents(faces, regions)
-        bad[faces[turned & ~self._is_same(faces, parents)]] = True
+        bad[faces[turned]] = True
         if bad.any() and math.isinf(max_error):
-            return bad, parents, math.inf  # it will be measured when the other faults are gone
+            return bad, math.inf  # it will be measured when the other faults are gone
         left_out = self._used.copy()
         left_out[self._originals[faces]] = False
         left_out = np.flatnonzero(left_out)
         if not len(left_out):
-            return bad, parents, 0.0
+            return bad, 0.0
         if not len(faces):
-            return bad, parents, math.inf
+            return bad, math.inf
         index = SpatialIndex(self._vertices, faces)
         distances = index.closest_batch(points=self._vertices[left_out]).distances
         bad[left_out[distances > max_error]] = True
-        return bad, parents, float(distances.max())
+        return bad, float(distances.max())
 
     def _is_same(self, faces: np.ndarray, parents: np.ndarray) -> np.ndarray:
         return (np.sort(faces, axis=1) == np.sort(self._faces[parents], axis=1)).all(axis=1)
