@@ -87,15 +87,16 @@ def _shown(options: Any) -> Any:
 
 
 def _regions(mesh: Mesh) -> Optional[np.ndarray]:
-    """(F,) faces with the same labels and the same material have the same number; None for all."""
-    regions = np.zeros(len(mesh.faces), np.int64)
+    """(F,) faces with the same labels and the same material have the same number; None for all.
+
+    Each label adds a random number of 64 bits, so that any number of labels may overlap.
+    """
+    regions = np.zeros(len(mesh.faces), np.uint64)
     if mesh.materials is not None:
         regions[:] = mesh.materials.face_materials
-    for label in mesh.labels.values():
-        of_label = np.zeros(len(mesh.faces), np.int64)
-        of_label[label.faces] = 1
-        # Numbered anew each time, so that any number of labels may overlap.
-        regions = np.unique(2 * regions + of_label, return_inverse=True)[1].reshape(-1)
+    keys = np.random.default_rng(0).integers(1, 2**63, len(mesh.labels), np.uint64)
+    for key, label in zip(keys, mesh.labels.values()):
+        regions[np.unique(label.faces)] += key
     return regions if regions.any() else None
 
 
