@@ -16,7 +16,7 @@ class Border
 {
  public:
   Border(ArrayView<std::uint32_t> faces, const Topology& topology)
-      : faces_(faces), topology_(topology), sides_of_edges_(2 * topology.edgeCount(), NO_INDEX)
+      : topology_(topology), sides_of_edges_(2 * topology.edgeCount(), NO_INDEX)
   {
     for (std::uint32_t side = 0; side < faces.size(); ++side) {
       const std::uint32_t edge = topology.face_edges[side];
@@ -56,7 +56,6 @@ class Border
     return (topology_.face_flags[side / 3] & FACE_DEGENERATE) != 0;
   }
 
-  ArrayView<std::uint32_t> faces_;
   const Topology& topology_;
   std::vector<std::uint32_t> sides_of_edges_;  // the two of each edge of at most two faces
 };

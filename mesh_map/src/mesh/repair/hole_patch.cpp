@@ -138,7 +138,7 @@ class BestTriangulation
 class EarCutter
 {
  public:
-  EarCutter(const HoleLoop& loop, const EdgeTest& has_edge) : loop_(loop), has_edge_(has_edge)
+  EarCutter(const HoleLoop& loop, const EdgeTest& has_edge) : has_edge_(has_edge)
   {
     const Vector3& n = loop.normal;
     const Vector3 axis = std::abs(n[0]) < 0.6 ? Vector3{1, 0, 0} : Vector3{0, 1, 0};
@@ -206,7 +206,6 @@ class EarCutter
     return area * std::sqrt(std::min({dot(ab, ab), dot(bc, bc), dot(ca, ca)})) / lengths;
   }
 
-  const HoleLoop& loop_;
   const EdgeTest& has_edge_;
   std::vector<Vector2> flat_;
 };
