@@ -135,7 +135,7 @@ class _Refinement:
         if len(points) > MOST_POINTS:
             kept = np.sort(random.permutation(len(points))[:MOST_POINTS])
             points, origins = points[kept], origins[kept]
-        return _KeyScan(number, points, origins, _spread(points, self._voxel_size, random))
+        return _KeyScan(number, points, origins, _one_of_each_cell(points, self._voxel_size, random))
 
     def _surface(self, keys: Iterable[int], frame: int) -> Optional[PlaneTarget]:
         """Of some key scans, in the frame of one."""
@@ -144,9 +144,7 @@ class _Refinement:
         for number in keys:
             pose = back @ self._poses[number]
             key = self._keys[number]
-            field.integrate(
-                moved(pose, key.points), moved(pose, key.origins), cancel=self._cancel
-            )
+            field.integrate(moved(pose, key.points), moved(pose, key.origins), cancel=self._cancel)
         surface = field.extract(least_weight=0.1, cancel=self._cancel)
         return PlaneTarget(surface.vertices, surface.faces) if len(surface.faces) else None
 
@@ -234,7 +232,7 @@ def _odometry_information(step: np.ndarray) -> np.ndarray:
     return np.diag([place**-2] * 3 + [turn**-2] * 3)
 
 
-def _spread(points: np.ndarray, size: float, random: np.random.Generator) -> np.ndarray:
+def _one_of_each_cell(points: np.ndarray, size: float, random: np.random.Generator) -> np.ndarray:
     """Some of the points, one of each cell at most, so that near ground does not outweigh all."""
     order = random.permutation(len(points))
     for cell in (size, 2 * size, 4 * size):

@@ -83,7 +83,9 @@ class PlaneTarget:
         points = np.asarray(points, np.float64)
         starts = np.zeros(3) if origins is None else np.asarray(origins, np.float64)
         # Rotations count as what they do to a point as far as most.
-        lever = max(float(np.sqrt(np.mean(np.sum(points**2, axis=1)))), 1e-3) if len(points) else 1
+        lever = (
+            max(float(np.sqrt(np.mean(np.sum(points**2, axis=1)))), 1e-3) if len(points) else 1
+        )
         scale = np.array([1.0, 1.0, 1.0, lever, lever, lever])
         limit, guess = max_distance, pose
         information, residual = np.zeros((6, 6)), np.inf
@@ -106,7 +108,9 @@ class PlaneTarget:
             step *= min(1.0, limit / max(float(np.linalg.norm(step[:3])), 1e-12))
             step *= min(1.0, _MOST_TURN / max(float(np.linalg.norm(step[3:])), 1e-12))
             pose = pose @ motion(step)
-            residual = float(np.sqrt(np.average(distances**2, weights=np.maximum(weights, 1e-12))))
+            residual = float(
+                np.sqrt(np.average(distances**2, weights=np.maximum(weights, 1e-12)))
+            )
             small = np.linalg.norm(step[:3]) < _DONE[0] and np.linalg.norm(step[3:]) < _DONE[1]
             if small and limit <= min_distance:
                 break
