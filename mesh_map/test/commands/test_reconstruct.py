@@ -13,6 +13,7 @@ import pytest
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs_hdf5.formats.clouds.poses import ScanPose, pose_lines
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.map_file.scans import scan_summaries
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label
@@ -22,6 +23,7 @@ from verb_calls import call, said
 from mesh_map.commands import reconstruct
 from mesh_map.reconstruction.options import FieldOptions
 from mesh_map.reconstruction.pipeline import Reconstruction
+from mesh_map.reconstruction.pose_refinement import refine_poses
 from mesh_map.reconstruction.state_file import state_path
 
 COARSE = ("--voxel_size", "0.3", "--min_component", "20")
@@ -355,3 +357,22 @@ def test_sizes_of_memory():
     for text in ("", "4X", "0", "-1", "1..2"):
         with pytest.raises(ValueError):
             parsed_bytes(text)
+
+
+def test_poses_that_drift_are_refined_on_request(tmp_path, capsys):
+    given = [replace(scan, pose=np.array(scan.pose)) for scan in drive()]
+    for scan, shift in zip(given, np.linspace(0, 1, 8)[:, None] * [0.09, -0.06, 0.06]):
+        scan.pose[:3, 3] += shift
+    clouds = write_clouds(tmp_path / "clouds", given)
+    path = str(tmp_path / "map.h5")
+    options = *COARSE, "--max_range", "12", "--with-scans", "--json"
+    assert call("reconstruct", clouds, path, "--refine", *options) == 0
+    value = json.loads(capsys.readouterr().out)
+    expected = refine_poses(given, voxel_size=0.3, max_range=12)
+    assert value["refined"] == MapFile(path).read().source["refined"] == expected.counts()
+    assert value["scans"] == 8 and value["left_out"]["too_far"]["scans"] == 8
+    for summary, pose, scan in zip(scan_summaries(path), expected.poses, given):
+        np.testing.assert_allclose(summary["final_pose"], pose, atol=1e-6)
+    assert np.abs(pose - scan.pose).max() > 0.01
+    with pytest.raises(MapFileError, match="--refine needs all scans at once"):
+        call("reconstruct", clouds, path, "--continue", "--refine")

@@ -87,6 +87,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--sensor", type=_place, metavar="X,Y,Z", help=text)
     text = "subtracted from all coordinates (default: as needed by large coordinates)"
     add("--origin", type=_place, metavar="X,Y,Z", help=text)
+    text = "lay the scans onto each other first, so that poses that drift agree; reads them twice"
+    add("--refine", action="store_true", help=text)
     text = "m: close holes in the ground with a perimeter up to this (default: 1; 0: none)"
     add("--fill_holes", type=_range, metavar="M", help=text)
     text = "m by which a simplified surface may be off (default: 0, all faces, as layers want them)"
@@ -178,6 +180,9 @@ def _begun(arguments: argparse.Namespace, state: str) -> Optional[Tuple[Dict[str
         text = "there is no %s, from which --continue could go on" % state
         hint = "begin without --continue; --no-state keeps none"
         raise MapFileError("missing", arguments.output, text, hint)
+    if arguments.refine:
+        text = "--refine needs all scans at once, so that --continue cannot go on with it"
+        raise MapFileError("value", arguments.output, text, "begin anew, or leave --refine out")
     return read_state(state)
 
 
@@ -241,6 +246,7 @@ class _Work:
         self._value: Dict[str, Any] = {}
         self._lines: List[str] = []
         self._changes: List[str] = []
+        self._refined: Dict[str, Any] = {}
         surface = dict(begun[0].get("surface", {})) if begun is not None else {}
         given = {name: getattr(arguments, name) for name in _SURFACE}
         surface.update({name: value for name, value in given.items() if value is not None})
@@ -311,6 +317,8 @@ class _Work:
     def run(self) -> int:
         """Use the scans, make the surface, save it; returns the exit code."""
         arguments, stop, progress = self.arguments, self._stop, self._progress
+        if arguments.refine:
+            self._refine()
         if not arguments.with_scans:
             outcome = self._session.run(stop.is_stopped, self._tell)
             self._end(outcome, None)
@@ -320,6 +328,15 @@ class _Work:
             self._end(outcome, kept)
         progress.stage("")
         return self._code
+
+    def _refine(self) -> None:
+        try:
+            found = self._session.refine(self._stop.is_stopped, self._tell, self._stop.cancel)
+        except Canceled:
+            raise KeyboardInterrupt from None
+        if found is not None:
+            self._refined = found.counts()
+            self._changes.append(found.line())
 
     def _tell(self, text: str, part: float) -> None:
         self._progress.stage(text)
@@ -351,7 +368,7 @@ class _Work:
             self._save_state()
         progress.stage("making the surface")
         mesh, changes = made.surface(self._surface_options, self._stop.cancel)
-        self._changes = changes.lines()
+        self._changes += changes.lines()
         mesh.frame_id = self._frame
         mesh.source = self._source(outcome, changes.counts())
         progress.stage("saving " + arguments.output)
@@ -415,6 +432,7 @@ class _Work:
             "points": made.points,
             "left_out": made.left_out.stored(),
             "changes": changes,
+            **({"refined": self._refined} if self._refined else {}),
             "complete": outcome == DONE,
         }
 
@@ -446,6 +464,7 @@ class _Work:
             "scans": made.scans,
             "points": made.points,
             "left_out": made.left_out.stored(),
+            **({"refined": self._refined} if self._refined else {}),
             "notes": left_out + notes,
             **self._value,
         }

@@ -1,26 +1,28 @@
 """Poses of scans made better by the scans themselves: each is laid onto the surface of those before
 it, and where a place is seen again, the error of the loop is spread over a pose graph."""
 
-from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from mesh_map.base.cancel import CancelFlag
+from mesh_map.geometry.topology import quantity
 from mesh_map.reconstruction.signed_distance import SignedDistanceField
 from mesh_map.registration.point_to_plane import PlaneTarget, Registration
 from mesh_map.registration.pose_graph import PoseEdge, optimized
-from mesh_map.registration.rigid import inverse, moved, numbers_of
+from mesh_map.registration.rigid import inverse, motion, moved, numbers_of
 from mesh_map.scans.scan import Scan
 
 MOST_POINTS = 24_000  # of a scan that are kept for the surface of its surroundings
 _REGISTERED = 3_000  # of these that are laid onto another surface
+_FARTHEST = 20.0  # m
 _KEY_DISTANCE, _KEY_ANGLE = 1.0, 0.5  # m and rad; nearer scans follow the one before them
 _BEFORE = 4  # key scans that make the surface which the next one is laid onto
 _ROUND = 3  # ... on either side of one, to which a loop is closed
 _LOOP_RADIUS, _LOOP_GAP = 10.0, 12  # m apart, and key scans between, of what may be a loop
 _LOOPS_OF_ONE = 3
 _LEAST_SHARE, _LEAST_COUNT = 0.7, 100  # of the points nearby that have to lie on the other surface
-_COARSE = 2.0  # voxels of surfaces that scans are laid onto: less falls between rings of a scan
+_COARSE = 0.2  # m, voxels of surfaces that scans are laid onto: smaller ones fall between rings
 _RANGE_NOISE = 0.02  # m
 _CORRELATED = 50.0  # neighbors of a point that err with it
 _ODOMETRY = 0.03, 0.01  # share of the way, and rad per m, that given poses may be off
@@ -54,13 +56,30 @@ class RefinedPoses(NamedTuple):
     lost: int
     moved: Tuple[float, float]
 
+    def line(self) -> str:
+        """For people."""
+        text = "poses refined: moved by %.3f m (root mean square), %.3f m at most; %s closed"
+        line = text % (*self.moved, quantity(self.loops, "loops"))
+        if self.lost:
+            line += "; %s lay on nothing before, and kept the given motion" % (
+                quantity(self.lost, "scans")
+            )
+        return line
+
+    def counts(self) -> Dict[str, Any]:
+        """What json can write, without the poses."""
+        values = {"key_scans": self.key_scans, "loops": self.loops, "lost": self.lost}
+        return {**values, "moved_rms": self.moved[0], "moved_most": self.moved[1]}
+
 
 def refine_poses(
     scans: Iterable[Scan],
     *,
     voxel_size: float,
-    max_range: float = 20.0,
+    min_range: float = 0.0,
+    max_range: float = np.inf,
     progress: Callable[[str, float], None] = lambda stage, share: None,
+    is_stopped: Callable[[], bool] = lambda: False,
     cancel: Optional[CancelFlag] = None,
 ) -> RefinedPoses:
     """Lay scans onto each other.
@@ -71,21 +90,26 @@ def refine_poses(
     Args:
         scans: in the order of their times; read once.
         voxel_size: m, of the field that the scans are for.
-        max_range: m; points farther away are not used here.
-        progress: told a stage and which share of it is done (NaN: not known).
+        min_range, max_range: m; points nearer (as those of the robot itself) or farther away, or
+            farther than 20 m, are not used here.
+        progress: told a stage and which share of it is done.
+        is_stopped: asked now and then; if it says so, what there is then is the result.
         cancel: ends it with Canceled.
     """
-    work = _Refinement(_COARSE * voxel_size, max_range, cancel)
+    limits = min_range, min(max_range, _FARTHEST)
+    coarse = max(voxel_size, min(2 * voxel_size, _COARSE))
+    work = _Refinement(coarse, limits, cancel)
     for scan in scans:
         work.add(scan)
-        progress("aligning scan %d" % len(work.given), float("nan"))
-    return work.finish(progress)
+    return work.finish(progress, is_stopped)
 
 
 class _Refinement:
-    def __init__(self, voxel_size: float, max_range: float, cancel: Optional[CancelFlag]) -> None:
+    def __init__(
+        self, voxel_size: float, ranges: Tuple[float, float], cancel: Optional[CancelFlag]
+    ) -> None:
         self.given: List[np.ndarray] = []
-        self._voxel_size, self._max_range, self._cancel = voxel_size, max_range, cancel
+        self._voxel_size, self._ranges, self._cancel = voxel_size, ranges, cancel
         self._keys: List[_KeyScan] = []
         self._poses: List[np.ndarray] = []  # of key scans
         self._edges: List[PoseEdge] = []
@@ -129,13 +153,16 @@ class _Refinement:
     def _key_scan(self, scan: Scan, number: int) -> _KeyScan:
         origins = np.zeros((1, 3), np.float32) if scan.origins is None else scan.origins
         origins = np.broadcast_to(origins, scan.points.shape)
-        near = np.linalg.norm(scan.points - origins, axis=1) < self._max_range
+        ranges = np.linalg.norm(scan.points - origins, axis=1)
+        near = (ranges >= self._ranges[0]) & (ranges <= self._ranges[1])
         points, origins = scan.points[near], origins[near]
         random = np.random.default_rng(number)
         if len(points) > MOST_POINTS:
             kept = np.sort(random.permutation(len(points))[:MOST_POINTS])
             points, origins = points[kept], origins[kept]
-        return _KeyScan(number, points, origins, _one_of_each_cell(points, self._voxel_size, random))
+        return _KeyScan(
+            number, points, origins, _one_of_each_cell(points, self._voxel_size, random)
+        )
 
     def _surface(self, keys: Iterable[int], frame: int) -> Optional[PlaneTarget]:
         """Of some key scans, in the frame of one."""
@@ -171,14 +198,16 @@ class _Refinement:
             return None
         return found
 
-    def finish(self, progress: Callable[[str, float], None]) -> RefinedPoses:
+    def finish(
+        self, progress: Callable[[str, float], None], is_stopped: Callable[[], bool]
+    ) -> RefinedPoses:
         loops: Dict[Tuple[int, int], PoseEdge] = {}
         # What is a loop is seen better once the first ones are closed.
         for _ in range(3):
             before = len(loops)
-            self._close_loops(loops, progress)
+            self._close_loops(loops, progress, is_stopped)
             self._poses = optimized(self._poses, self._edges + list(loops.values()))
-            if len(loops) == before:
+            if len(loops) == before or is_stopped():
                 break
         poses = self._all_poses()
         shifts = [np.linalg.norm(a[:3, 3] - b[:3, 3]) for a, b in zip(poses, self.given)]
@@ -187,7 +216,10 @@ class _Refinement:
         return RefinedPoses(poses, len(self._keys), len(loops), self._lost, (mean, most))
 
     def _close_loops(
-        self, loops: Dict[Tuple[int, int], PoseEdge], progress: Callable[[str, float], None]
+        self,
+        loops: Dict[Tuple[int, int], PoseEdge],
+        progress: Callable[[str, float], None],
+        is_stopped: Callable[[], bool],
     ) -> None:
         places = np.array([pose[:3, 3] for pose in self._poses]).reshape(-1, 3)
         wanted: Dict[int, List[int]] = {}
@@ -197,6 +229,8 @@ class _Refinement:
             for early in near[apart[near] < _LOOP_RADIUS][:_LOOPS_OF_ONE].tolist():
                 wanted.setdefault(early, []).append(late)
         for done, (early, lates) in enumerate(sorted(wanted.items())):
+            if is_stopped():
+                return
             progress("closing loops", done / len(wanted))
             low, high = max(0, early - _ROUND), min(len(self._keys), early + _ROUND + 1)
             target = self._surface(range(low, high), early)
@@ -208,14 +242,23 @@ class _Refinement:
                     loops[early, late] = _edge(early, late, found, _DOUBT)
 
     def _all_poses(self) -> List[np.ndarray]:
-        """Those of key scans, and of the others by what the nearest key scan before was moved."""
+        """Those of key scans; others go from what the one before them was moved to what the one
+        behind them was, evenly along the way."""
+        steps = [np.linalg.norm(b[:3, 3] - a[:3, 3]) for a, b in zip(self.given, self.given[1:])]
+        ways = np.concatenate([[0.0], np.cumsum(steps)])
         poses = []
         key = 0
         for number, pose in enumerate(self.given):
             while key + 1 < len(self._keys) and self._keys[key + 1].number <= number:
                 key += 1
-            step = inverse(self.given[self._keys[key].number]) @ pose
-            poses.append(self._poses[key] @ step)
+            before = self._keys[key].number
+            found = self._poses[key] @ inverse(self.given[before]) @ pose
+            if key + 1 < len(self._keys) and number > before:
+                behind = self._keys[key + 1].number
+                other = self._poses[key + 1] @ inverse(self.given[behind]) @ pose
+                share = (ways[number] - ways[before]) / max(ways[behind] - ways[before], 1e-9)
+                found = found @ motion(share * numbers_of(inverse(found) @ other))
+            poses.append(found)
         return poses
 
 

@@ -2,16 +2,21 @@
 
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from threading import Event
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
+
+import numpy as np
 
 from mesh_msgs_hdf5.model.errors import MapFileError
 
+from mesh_map.base.cancel import CancelFlag
 from mesh_map.base.errors import MeshMapError
 from mesh_map.reconstruction.pipeline import Reconstruction
+from mesh_map.reconstruction.pose_refinement import RefinedPoses, refine_poses
 from mesh_map.reconstruction.signed_distance import FieldMemoryError
 from mesh_map.scans.kept_scans import KeptScans
+from mesh_map.scans.scan import Scan
 from mesh_map.scans.scan_source import ScanSource, file_bytes, fingerprint
 
 DONE, STOPPED, OUT_OF_MEMORY = "done", "stopped", "out of memory"
@@ -90,7 +95,57 @@ class ReconstructionSession:
         self._sources = list(sources)
         self._known = list(records)
         self._mine: Dict[int, InputRecord] = {}
+        self._refined: Dict[Tuple[int, int], np.ndarray] = {}  # by source and position
         self._bytes = [file_bytes(source.files()) for source in sources]
+
+    def refine(
+        self,
+        is_stopped: Callable[[], bool],
+        progress: Callable[[str, float], None] = lambda text, part: None,
+        cancel: Optional[CancelFlag] = None,
+    ) -> Optional[RefinedPoses]:
+        """Read all scans once and lay them onto each other; `run` then uses the poses found.
+
+        Args:
+            is_stopped, progress: as is_stopped and tell for `run`.
+            cancel: ends it within a scan.
+        Returns:
+            what was found, in the order of the scans; None if it was stopped: `run` then uses the
+            poses that are given.
+        Raises:
+            Canceled: by `cancel`.
+        """
+        places: List[Tuple[int, int]] = []
+        counts = self.reconstruction.left_out.stored()
+
+        def scans() -> Iterator[Scan]:
+            for i, source in enumerate(self._sources):
+                for step in source.steps(0):
+                    if is_stopped():
+                        return
+                    if step.scan is not None:
+                        places.append((i, step.position))
+                        part = (i + source.part) / len(self._sources)
+                        progress("%d scans aligned" % len(places), part)
+                        yield step.scan
+
+        options = self.reconstruction.options
+        try:
+            found = refine_poses(
+                scans(),
+                voxel_size=options.voxel_size,
+                min_range=options.min_range,
+                max_range=options.max_range,
+                progress=progress,
+                is_stopped=is_stopped,
+                cancel=cancel,
+            )
+        finally:
+            self.reconstruction.left_out.go_back(counts)
+        if is_stopped():
+            return None
+        self._refined = dict(zip(places, found.poses))
+        return found
 
     def run(
         self,
@@ -163,7 +218,8 @@ class ReconstructionSession:
             for step in source.steps(record.position):
                 if step.scan is not None:
                     before = self.reconstruction.points
-                    used = self.reconstruction.add(step.scan)
+                    pose = self._refined.get((i, step.position), step.scan.pose)
+                    used = self.reconstruction.add(replace(step.scan, pose=pose))
                     points = self.reconstruction.points - before
                     record.points += points
                     record.scans += used is not None

@@ -70,6 +70,10 @@ class LeftOutCounts:
             lines.append(template.format(**counted, **values))
         return lines
 
+    def go_back(self, stored: Mapping[str, Any]) -> None:
+        """Forget what was counted since `stored()` gave this."""
+        self._kinds = {kind: dict(entry) for kind, entry in stored.items()}
+
     def stored(self) -> Dict[str, Dict[str, Any]]:
         """What json can write: kind -> count, scans, first, reason."""
         return {kind: dict(self._kinds[kind]) for kind in _LINES if kind in self._kinds}
