@@ -11,6 +11,7 @@ namespace mesh_map {
 namespace {
 
 constexpr std::uint32_t BLOCK_SHIFT = 11;  // of which block, in a corner; below: 3 * voxel + axis
+constexpr std::int32_t SEARCHED = 4;       // voxels around, where no ray ended near a vertex
 constexpr float NEAREST = 0.02f;           // voxels from an end of its edge to a vertex
 constexpr std::size_t CHUNK = 16;          // blocks that a thread takes at a time
 
@@ -85,6 +86,63 @@ class Surroundings
         }
       }
     }
+  }
+};
+
+/// Means of what rays that ended near some voxels measured.
+struct SeenVoxels
+{
+  float weight = 0, intensities = 0;
+  std::array<float, 3> colors = {0, 0, 0};
+
+  void add(const VoxelBlock& block, std::size_t voxel, float share)
+  {
+    if (!(share > 0)) {
+      return;
+    }
+    weight += share;
+    if (block.intensities) {
+      intensities += share * (*block.intensities)[voxel];
+    }
+    if (block.colors) {
+      const VoxelColor& color = (*block.colors)[voxel];
+      colors[0] += share * color.red;
+      colors[1] += share * color.green;
+      colors[2] += share * color.blue;
+    }
+  }
+
+  /// Those in a box around a voxel of a block, which need not be in that block.
+  void addAround(const VoxelBlocks& blocks, const GridPlace& place,
+                 const std::array<std::int32_t, 3>& voxel, std::int32_t reach)
+  {
+    for (std::int32_t z = voxel[2] - reach; z <= voxel[2] + reach; ++z) {
+      for (std::int32_t y = voxel[1] - reach; y <= voxel[1] + reach; ++y) {
+        for (std::int32_t x = voxel[0] - reach; x <= voxel[0] + reach; ++x) {
+          // From -BLOCK_SIDE on, so that these divisions round down.
+          const GridPlace beside = {(x + BLOCK_SIDE) / BLOCK_SIDE - 1,
+                                    (y + BLOCK_SIDE) / BLOCK_SIDE - 1,
+                                    (z + BLOCK_SIDE) / BLOCK_SIDE - 1};
+          const VoxelBlock* const block = blocks.at(place + beside);
+          if (block != nullptr) {
+            const std::size_t at =
+                voxelInBlock((x + BLOCK_SIDE) % BLOCK_SIDE, (y + BLOCK_SIDE) % BLOCK_SIDE,
+                             (z + BLOCK_SIDE) % BLOCK_SIDE);
+            add(*block, at, block->observations[at] > 0 ? 1.0f : 0.0f);
+          }
+        }
+      }
+    }
+  }
+
+  float intensity() const { return weight > 0 ? intensities / weight : 0; }
+  std::array<std::uint8_t, 3> color() const
+  {
+    std::array<std::uint8_t, 3> mean{};
+    for (std::size_t k = 0; k < 3 && weight > 0; ++k) {
+      mean[k] = static_cast<std::uint8_t>(std::lrint(colors[k] / weight));
+    }
+    return mean;
   }
 };
 
@@ -318,21 +376,14 @@ void SurfaceExtraction::makeVertices(const SignedDistanceField& field, std::uint
     const VoxelBlock& b = *above[beside];
     const float seen_a = a.observations[voxel], seen_b = b.observations[to_voxel];
     vertex.observations = (1 - share) * seen_a + share * seen_b;
-    const float part_a = (1 - share) * std::min(seen_a, 1.0f),
-                part_b = share * std::min(seen_b, 1.0f);
-    const float part = part_a + part_b > 0 ? part_b / (part_a + part_b) : share;
-    if (a.intensities && b.intensities) {
-      vertex.intensity = (1 - part) * (*a.intensities)[voxel] + part * (*b.intensities)[to_voxel];
+    SeenVoxels seen;
+    seen.add(a, voxel, (1 - share) * std::min(seen_a, 1.0f));
+    seen.add(b, to_voxel, share * std::min(seen_b, 1.0f));
+    for (std::int32_t around_it = 1; around_it <= SEARCHED && seen.weight == 0; ++around_it) {
+      seen.addAround(blocks, place, from, around_it);
     }
-    if (a.colors && b.colors) {
-      const VoxelColor& first = (*a.colors)[voxel];
-      const VoxelColor& second = (*b.colors)[to_voxel];
-      const auto mix = [part](std::uint8_t x, std::uint8_t y) {
-        return static_cast<std::uint8_t>(std::lrint((1 - part) * x + part * y));
-      };
-      vertex.color = {mix(first.red, second.red), mix(first.green, second.green),
-                      mix(first.blue, second.blue)};
-    }
+    vertex.intensity = seen.intensity();
+    vertex.color = seen.color();
     surface.vertices.push_back(vertex);
   }
 }

@@ -66,14 +66,12 @@ def drivable(
             meshoptimizer, which simplifies.
         Canceled: by `cancel`.
     """
-    raw = len(mesh.faces)
-    manifold = make_manifold(mesh.vertices, mesh.faces, orient=False)
-    mesh = mesh if manifold.derived is None else carried_mesh(mesh, manifold.derived)
-    mended = "" if manifold.derived is None else manifold.report()
-    _look(cancel)
-
-    before = len(mesh.faces)
-    large = drop_components(mesh.vertices, mesh.faces, min_faces=options.min_component)
+    raw = before = len(mesh.faces)
+    # What hangs on the rest by a vertex alone is a small piece, too. Vertices are copied last: in
+    # one where two holes touch, their loops would else be one that crosses itself.
+    large = drop_components(
+        mesh.vertices, mesh.faces, min_faces=options.min_component, across_vertices=False
+    )
     mesh = mesh if large is None else carried_mesh(mesh, large)
     dropped = before - len(mesh.faces)
     _look(cancel)
@@ -83,6 +81,11 @@ def drivable(
         filled = fill_holes(mesh.vertices, mesh.faces, max_perimeter=options.fill_holes)
         holes, hole_faces = filled.counts()["filled"], int(np.count_nonzero(filled.new_faces))
         mesh = mesh if filled.derived is None else carried_mesh(mesh, filled.derived)
+    _look(cancel)
+
+    manifold = make_manifold(mesh.vertices, mesh.faces, orient=False)
+    mesh = mesh if manifold.derived is None else carried_mesh(mesh, manifold.derived)
+    mended = "" if manifold.derived is None else manifold.report()
     _look(cancel)
 
     simplified_from = 0
