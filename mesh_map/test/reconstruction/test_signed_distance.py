@@ -244,10 +244,20 @@ def test_colors_and_intensities_are_those_of_the_points_near():
         there = surface.vertices[:, 0] * side > 0.2
         assert np.abs(surface.colors[there].astype(int) - color).max() <= 4
         assert np.abs(surface.intensities[there] - intensity).max() < 1e-4
-    assert surface.observations.min() == 0  # at the rim, where colors are those beside
+    # Where no ray ended near, vertices have what is beside.
+    state = list(field._field._state())
+    unseen = random.random(len(state[3])) < 0.7
+    state[3][unseen] = 0
+    state[4].reshape(-1, 4)[unseen] = 0
+    state[5][unseen] = 0
+    field._field._restore(*state)
+    surface = field.extract()
+    assert (surface.observations == 0).sum() > 50
+    there = np.abs(surface.vertices[:, 0]) > 0.4
     near = np.where(surface.vertices[:, :1] > 0, [200, 40, 90], [10, 220, 90])
-    there = np.abs(surface.vertices[:, 0]) > 0.5
     assert np.abs(surface.colors[there].astype(int) - near[there]).max() <= 4
+    expected = np.where(surface.vertices[:, 0] > 0, 7.5, 1.5)
+    assert np.abs(surface.intensities - expected)[there].max() < 1e-4
     field = SignedDistanceField(voxel_size=0.1)
     field.integrate(points, [0, 0, 3], colors=colors)
     assert field.extract().colors is None and field.extract().intensities is None

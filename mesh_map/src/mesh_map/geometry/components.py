@@ -124,7 +124,11 @@ def drop_components(
     kept[:1] = True
     if kept.all():
         return None
-    parameters: Dict[str, Any] = {"min_faces": min_faces, "min_share": min_share, "version": _VERSION}
+    parameters: Dict[str, Any] = {
+        "min_faces": min_faces,
+        "min_share": min_share,
+        "version": _VERSION,
+    }
     if not across_vertices:
         parameters["across_vertices"] = False
     uuid = derived_uuid(parent_uuid, "large components", parameters)
