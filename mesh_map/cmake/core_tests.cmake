@@ -34,6 +34,7 @@ if(MESH_TOOLS_SANITIZE STREQUAL "thread")
     ${tests}/collision/collision_test.cpp
     ${tests}/distance/dijkstra_test.cpp
     ${tests}/distance/wave_front_test.cpp
+    ${tests}/reconstruction/signed_distance_field_test.cpp
   )
 else()
   file(GLOB_RECURSE forgotten RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS ${tests}/*_test.cpp)
