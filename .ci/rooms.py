@@ -88,7 +88,8 @@ PYTHON = {
         {"site"},
         {"faults", "screen", "tutorials"},
         {"demo"},
-        {"driving", "layers", "planning", "spatial", "display", "reference", "troubleshooting"},
+        {"driving", "layers", "planning", "spatial", "reconstruction"}
+        | {"display", "reference", "troubleshooting"},
         {"", "base"},
     ],
     "osmesa_harness": [{""}],

@@ -1,7 +1,7 @@
 """The world that is scanned and reconstructed: rough ground with a bridge, stairs and walls."""
 
 import math
-from typing import Iterator, NamedTuple
+from typing import Iterator, NamedTuple, Sequence, Tuple, Union
 
 import numpy as np
 from mesh_map.geometry.mesh_geometry import MeshGeometry
@@ -24,11 +24,19 @@ LIDAR = LidarModel(
     noise=0.015,
     reflect_range=60.0,
 )
-# Places of the world, and parts of its side, through which the tour leads: over and under the
-# bridge, up to the stairs' landing, around the hills and into the walled garden.
-_TOUR = ("start", "bridge_deck", (0.45, 0.10), "goal", (0.45, 0.05), (0.42, -0.14), (0.14, -0.42))
-_TOUR += ((-0.35, -0.42), (-0.05, -0.25), "under_bridge", (0.02, 0.42), (-0.07, -0.11))
-_TOUR += ((-0.33, 0.03), "landing", (-0.45, 0.18))
+# Places of the world, and parts of its side.
+Places = Sequence[Union[str, Tuple[float, float]]]
+# Over and under the bridge, up to the stairs' landing, around the hills and into the walled garden.
+TOUR: Places = (
+    *("start", "bridge_deck", (0.45, 0.10), "goal", (0.45, 0.05), (0.42, -0.14), (0.14, -0.42)),
+    *((-0.35, -0.42), (-0.05, -0.25), "under_bridge", (0.02, 0.42), (-0.07, -0.11)),
+    *((-0.33, 0.03), "landing", (-0.45, 0.18)),
+)
+# 112 m: over the bridge, around, and back under it.
+LOOP: Places = (
+    *("start", "bridge_deck", (0.45, 0.05), (0.42, -0.14), (0.14, -0.42)),
+    *("under_bridge", (-0.33, 0.03)),
+)
 
 
 class ScannedWorld(NamedTuple):
@@ -61,8 +69,10 @@ class ScannedWorld(NamedTuple):
         return (scan for scan, _ in zip(scans, range(count)))
 
 
-def scanned_world(faces: int = FACES, seed: int = 0, size: float = SIZE) -> ScannedWorld:
-    """The world and a drive through it, that begins and ends at one place.
+def scanned_world(
+    faces: int = FACES, seed: int = 0, size: float = SIZE, places: Places = TOUR
+) -> ScannedWorld:
+    """The world and a drive through places of it, that begins and ends at the first one.
 
     :raises ValueError: as outdoor_world().
     """
@@ -70,7 +80,7 @@ def scanned_world(faces: int = FACES, seed: int = 0, size: float = SIZE) -> Scan
     assert world.colors is not None
     mesh = MeshGeometry(world.vertices, world.faces)
     waypoints = []
-    for place in _TOUR + _TOUR[:1]:
+    for place in (*places, places[0]):
         if isinstance(place, str):
             waypoints.append(world.places[place])
         else:
