@@ -90,6 +90,22 @@ def test_a_drive_by_tf(tmp_path, compression):
         read(path, frame="world")
 
 
+def test_scans_minutes_apart(tmp_path):
+    """Longer than transforms are kept: each is used while those around it are."""
+    path = tmp_path / "a.bag"
+    with Writer(path) as bag:
+        bag.static()
+        for second in range(301):
+            if second % 150 == 149:
+                time = START + second - 0.75  # between two transforms
+                bag.add(TOPIC, cloud_message(POINTS, stamp=time), time)
+            bag.tf([START + second])
+    scans, left, _, _ = read(path)
+    assert left == [] and len(scans) == 2
+    places = [scan.pose[0, 3] - MOUNT[0] for scan in scans]
+    assert places == pytest.approx([148.25, 298.25])
+
+
 def test_a_drive_by_odometry(tmp_path):
     path = write_bag(tmp_path / "a.bag", drive(), poses="odometry")
     scans, left, notes, frame = read(path)

@@ -127,6 +127,9 @@ class BagScans(ScanSource):
             for found in bag.messages([*self.topics, *transforms]):
                 if found.topic in transforms:
                     self._transforms.add(found.topic, found.message)
+                    # The next scan may come when these transforms are forgotten.
+                    if waiting and found.time.to_sec() - waiting[0].received > _PATIENCE:
+                        yield from self._done(waiting, found.time.to_sec(), False)
                     continue
                 position += 1
                 self.part = position / total
