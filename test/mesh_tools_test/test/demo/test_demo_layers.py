@@ -19,7 +19,7 @@ from mesh_tools_test.demo import layers, pipeline
 from mesh_tools_test.demo.report import Report
 
 
-@pytest.mark.parametrize("config", [layers.FOR_FILES, layers.FOR_WORLD])
+@pytest.mark.parametrize("config", [layers.FOR_FILES, layers.FOR_SCANS, layers.FOR_WORLD])
 def test_the_server_gets_the_same_layers(config):
     values = yaml.safe_load(layers.server_config(config, 0.5))
     read = map_parameters(dict(values, mesh_file="map.h5"))

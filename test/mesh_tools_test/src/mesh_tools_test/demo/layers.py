@@ -32,6 +32,15 @@ FOR_FILES = [
     ),
 ]
 
+# For a reconstruction, which ends where nothing was seen: that is lethal, and what stands or hangs
+# over the ground, whether or not scans join it to the ground.
+FOR_SCANS = [
+    *FOR_FILES[:-1],
+    layer("border", "Border", border_cost=1.0, threshold=0.5, factor=0.0),
+    layer("collision", "Collision", step_height=0.2, robot_height=1.0),
+    dict(FOR_FILES[-1]),
+]
+
 # For the generated world: one of every kind.
 FOR_WORLD = [
     layer("height_diff", "HeightDiff", threshold=0.25, radius=0.3, factor=0.5),

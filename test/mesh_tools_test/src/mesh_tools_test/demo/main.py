@@ -25,10 +25,11 @@ def arguments(argv):
     """The parsed command line."""
     parser = argparse.ArgumentParser(
         prog="./run demo",
-        description="From a mesh file to a robot that drives, and RViz.",
-        epilog="example: ./run demo forest.ply",
+        description="From a mesh file, or scans, to a robot that drives, and RViz.",
+        epilog="examples: ./run demo forest.ply; ./run demo scans.bag",
     )
-    parser.add_argument("file", nargs="?", type=Path, help="PLY, OBJ, STL, DAE or HDF5")
+    text = "a mesh: PLY, OBJ, STL, DAE or HDF5; or scans: a bag, PCD, LAS, LAZ, a folder of clouds"
+    parser.add_argument("file", nargs="?", type=Path, help=text)
     parser.add_argument("--output", type=Path, default=Path("demo"), help="folder (%(default)s)")
     parser.add_argument("--faces", type=int, default=200_000, help="size of the generated world")
     parser.add_argument("--seed", type=int, default=0, help="seed of the generated world")

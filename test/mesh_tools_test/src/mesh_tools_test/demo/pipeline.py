@@ -19,12 +19,14 @@ from mesh_tools_test.demo.layers import (
     EDGE_COST_FACTOR,
     FLOWER_BED,
     FOR_FILES,
+    FOR_SCANS,
     FOR_WORLD,
     MAX_EDGE_LENGTH,
     flower_bed,
 )
 from mesh_tools_test.demo.processes import DemoError
 from mesh_tools_test.demo.results import SUCCESS
+from mesh_tools_test.demo.scans import are_scans, reconstruct
 
 COST_LIMIT = 1.0  # default of the released planners
 FAR = 0.85  # of the longest way: its very ends lie in corners of the map
@@ -218,7 +220,10 @@ def prepare(report, output, file, faces, seed):
     path = output / (file.stem + ".h5")
     if path.exists() and file.exists() and path.samefile(file):
         raise DemoError(f"{file} is the demo's own output; choose another --output folder")
-    mesh = import_file(report, file)
+    if are_scans(file):
+        mesh, layers = reconstruct(report, file, path), FOR_SCANS
+    else:
+        mesh = import_file(report, file)
     if places:
         mesh.labels[FLOWER_BED] = flower_bed(mesh, places["start"], places["goal"])
     source = save_geometry(report, mesh, path)
