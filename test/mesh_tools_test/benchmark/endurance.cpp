@@ -22,9 +22,9 @@
 
 #include "rviz_subjects.h"
 
+namespace rviz_benchmark::endurance {
 namespace {
 
-using namespace rviz_benchmark;
 using rviz_mesh_plugin::ClusterLabelPanel;
 using rviz_mesh_plugin::ClusterLabelTool;
 
@@ -269,7 +269,7 @@ void loadAgain(const World& world, int count)
 
 }  // namespace
 
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
   ros::init(argc, argv, "endurance_benchmark", ros::init_options::AnonymousName);
   const std::string part = argc == 4 ? argv[2] : "";
@@ -277,7 +277,7 @@ int main(int argc, char** argv)
     std::cerr << "usage: endurance_benchmark FOLDER cycles|costs|loads NUMBER\n";
     return 2;
   }
-  return run("endurance_benchmark", argc, argv, [&] {
+  return rviz_benchmark::run("endurance_benchmark", argc, argv, [&] {
     const World world = readWorld(argv[1]);
     Stage::SetUpTestSuite();
     Stage::manager()->setFixedFrame("map");
@@ -294,3 +294,5 @@ int main(int argc, char** argv)
     }
   });
 }
+
+}  // namespace rviz_benchmark::endurance

@@ -15,9 +15,8 @@
 
 #include "rviz_subjects.h"
 
+namespace rviz_benchmark::display {
 namespace {
-
-using namespace rviz_benchmark;
 
 constexpr int WIDTH = 1280;
 constexpr int HEIGHT = 960;
@@ -202,7 +201,7 @@ void measure(const World& world, Subject& subject, double quiet, const std::stri
 
 }  // namespace
 
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
   ros::init(argc, argv, "rviz_display_benchmark", ros::init_options::AnonymousName);
   const std::string name = argc > 2 ? argv[2] : "";
@@ -211,10 +210,12 @@ int main(int argc, char** argv)
         << "usage: rviz_display_benchmark FOLDER mesh|marker|manual_object QUIET [PICTURES]\n";
     return 2;
   }
-  return run("rviz_display_benchmark", argc, argv, [&] {
+  return rviz_benchmark::run("rviz_display_benchmark", argc, argv, [&] {
     const World world = readWorld(argv[1]);
     const std::unique_ptr<Subject> subject = makeSubject(name);
     measure(world, *subject, 1000.0 * std::stod(argv[3]),
             argc > 4 ? std::string(argv[4]) + "/" + name : "");
   });
 }
+
+}  // namespace rviz_benchmark::display

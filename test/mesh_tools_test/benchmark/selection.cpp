@@ -30,9 +30,9 @@
 #include "linear_scan.h"
 #include "rviz_subjects.h"
 
+namespace rviz_benchmark::selection {
 namespace {
 
-using namespace rviz_benchmark;
 using rviz_mesh_plugin::ClusterLabelTool;
 
 constexpr int WIDTH = 1280;
@@ -98,9 +98,10 @@ struct Times
 
   void tell(const std::string& name) const
   {
-    ::tell(name, quantile(milliseconds, 0.5));
-    ::tell(name + "_tail", quantile(milliseconds, 0.95));
-    ::tell(name + "_faces", static_cast<double>(faces) / static_cast<double>(milliseconds.size()));
+    selection::tell(name, quantile(milliseconds, 0.5));
+    selection::tell(name + "_tail", quantile(milliseconds, 0.95));
+    selection::tell(name + "_faces",
+                    static_cast<double>(faces) / static_cast<double>(milliseconds.size()));
   }
 };
 
@@ -373,7 +374,7 @@ void measure(const World& world, int repeats)
 
 }  // namespace
 
-int main(int argc, char** argv)
+int run(int argc, char** argv)
 {
   ros::init(argc, argv, "selection_benchmark", ros::init_options::AnonymousName);
   const int repeats = argc == 3 ? std::atoi(argv[2]) : 0;
@@ -381,6 +382,8 @@ int main(int argc, char** argv)
     std::cerr << "usage: selection_benchmark FOLDER REPEATS\n";
     return 2;
   }
-  return run("selection_benchmark", argc, argv,
-             [argv, repeats] { measure(readWorld(argv[1]), repeats); });
+  return rviz_benchmark::run("selection_benchmark", argc, argv,
+                             [argv, repeats] { measure(readWorld(argv[1]), repeats); });
 }
+
+}  // namespace rviz_benchmark::selection
