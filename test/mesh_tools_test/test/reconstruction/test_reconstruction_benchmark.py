@@ -12,17 +12,17 @@ from mesh_tools_test.reconstruction import accuracy, bags_ros, fields, peers, pi
 from mesh_tools_test.reconstruction.scene import TOLERANCE, Scene, one_of_each_cell
 
 SCRIPT = Path(__file__).resolve().parents[2] / "benchmark/reconstruction.py"
-SMALL = ("--faces", "20000", "--scans", "6", "--columns", "64", "--repeats", "1")
+SMALL = ("--faces", "20000", "--scans", "4", "--columns", "64", "--repeats", "1")
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return Scene(20_000, 6, 256)
+    return Scene(20_000, 4, 128)
 
 
 def test_places_that_rays_reached_are_on_the_truth_and_apart(scene):
     away = scene.world.mesh.spatial_index.closest_batch(points=scene.reached).distances
-    assert away.max() < 1e-4 and len(scene.reached) > 10_000
+    assert away.max() < 1e-4 and len(scene.reached) > 5_000
     cells = np.floor(scene.reached / TOLERANCE).astype(np.int64)
     assert len(np.unique(cells, axis=0)) == len(cells)
     truth = scene.world.mesh
@@ -80,7 +80,7 @@ def test_errors_of_poses():
 def test_a_bag_becomes_a_map(scene, tmp_path):
     figures = bags_ros.measure(scene, int(1e6 * scene.points))
     found = {each.name.strip(): each.value for each in figures}
-    assert found["faces of the map"] > 10_000 and found["memory at most"] > 50
+    assert found["faces of the map"] > 500 and found["memory at most"] > 50
     assert figures[0].floor == 60 and 0 < figures[0].value
     with pytest.raises(RuntimeError, match="nothing.bag"):
         bags_ros.reconstructed(str(tmp_path / "nothing.bag"), str(tmp_path / "map.h5"))
@@ -93,12 +93,13 @@ def test_poisson_invents_ground(scene):
     assert found.quality.comparison.accuracy.p95 > scene.quality.comparison.accuracy.p95
 
 
-def test_refined_poses_are_nearer_to_the_truth():
-    found = {each.name.strip(): each for each in poses.measure(Scene(20_000, 1, 64), rate=0.5)}
+def test_refined_poses_are_nearer_to_the_truth(scene):
+    there_and_back = "start", (-0.33, 0.03)
+    found = {each.name.strip(): each for each in poses.measure(scene, there_and_back, 0.2)}
     errors = found["poses off the truth: RMS"]
-    assert 0 < 1.5 * errors.value < errors.peer_value < 0.5
-    assert found["length of the loop"].value == pytest.approx(110, abs=3)
-    assert found["loops closed"].value > 0
+    assert 0 < 2 * errors.value < errors.peer_value < 0.2
+    assert 15 < found["length of the loop"].value < 30
+    assert found["loops closed"].value > 0 == found["onto nothing"].value
 
 
 def test_pictures_are_made_as_users_make_them(scene, tmp_path):

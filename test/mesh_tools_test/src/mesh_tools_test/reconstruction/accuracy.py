@@ -5,7 +5,7 @@ from typing import List
 from mesh_map.geometry.border_loops import border_loops
 
 from mesh_tools_test.base.figures import Figure, timed
-from mesh_tools_test.reconstruction.scene import TOLERANCE, VOXEL, Scene, drivable_mesh
+from mesh_tools_test.reconstruction.scene import BEYOND, VOXEL, Scene, drivable_mesh
 
 MEAN, P95 = 10.0, 25.0  # mm
 MISSING = 2.5  # % of what rays reached
@@ -21,7 +21,7 @@ def measure(scene: Scene, repeats: int) -> List[Figure]:
     raw = scene.measured(surface.vertices, surface.faces)
     made = scene.quality
     names = ("accuracy, voxel %.2f m: mean" % VOXEL, "  95 %", "  farthest")
-    shares = ("of what rays reached, beyond %g cm" % (100 * TOLERANCE), "shown from behind")
+    shares = (BEYOND, "shown from behind")
     peer = "as extracted"
     ours, theirs = made.comparison, raw.comparison
     figures = [

@@ -4,11 +4,12 @@ import json
 import subprocess
 import sys
 import tempfile
-from typing import List
+import time
+from typing import List, NamedTuple
 
 import numpy as np
 
-from mesh_tools_test.base.figures import Figure, timed
+from mesh_tools_test.base.figures import Figure
 from mesh_tools_test.reconstruction.scene import VOXEL, Scene
 
 FLOORS = {VOXEL: 0.4, 0.05: 0.8}  # s for a million points, with colors
@@ -35,28 +36,50 @@ print(json.dumps([field.memory, memory("VmHWM") - before - mesh]))
 """
 
 
+class Times(NamedTuple):
+    """s for a million points; processor: of all threads together."""
+
+    integrate: float
+    extract: float
+    processor: float
+
+    @property
+    def both(self) -> float:
+        """To integrate and to extract."""
+        return self.integrate + self.extract
+
+
 def measure(scene: Scene, repeats: int) -> List[Figure]:
     """Integration and extraction beside one thread; memory."""
     figures = []
     for voxel_size, floor in FLOORS.items():
-        both, parts = [], []
-        for threads in (0, 1):
-            filling, field = timed(lambda: scene.field(voxel_size, threads), repeats)
-            # A field keeps what it has extracted: once with each.
-            extracting, _ = timed(field.extract, 1)
-            parts.append((filling, extracting))
-            both.append((filling + extracting) / 1000.0 / scene.points)
-            del field
-        name = "integrate and extract, voxel %.2f m" % voxel_size
-        figures.append(Figure(name, both[0], "s/M", "one thread", both[1], floor))
-        for number, name in enumerate(("  integrate", "  extract")):
-            ours, single = (part[number] / 1000.0 / scene.points for part in parts)
-            figures.append(Figure(name, ours, "s/M", "one thread", single))
+        ours, single = (times(scene, voxel_size, threads, repeats) for threads in (0, 1))
+        name, peer = "integrate and extract, voxel %.2f m" % voxel_size, "one thread"
+        figures += [
+            Figure(name, ours.both, "s/M", peer, single.both, floor),
+            Figure("  integrate", ours.integrate, "s/M", peer, single.integrate),
+            Figure("  extract", ours.extract, "s/M", peer, single.extract),
+            # What a busy machine does not make longer.
+            Figure("  processor time", ours.processor, "s/M", peer, single.processor),
+        ]
     field_bytes, peak = memory(scene, VOXEL)
     name = "memory of the field, voxel %.2f m" % VOXEL
     figures.append(Figure(name, field_bytes / 1e6, "MB", floor=MOST_MEGABYTES))
     figures.append(Figure("  of a process at most, beyond the mesh", peak / 1e6, "MB"))
     return figures
+
+
+def times(scene: Scene, voxel_size: float, threads: int, repeats: int) -> Times:
+    """Medians of a field that is filled, and of the surface taken out of it."""
+    rows = []
+    for _ in range(repeats):
+        processor, begin = time.process_time(), time.perf_counter()
+        field = scene.field(voxel_size, threads)
+        filled = time.perf_counter()
+        field.extract()
+        end = time.perf_counter()
+        rows.append((filled - begin, end - filled, time.process_time() - processor))
+    return Times(*(float(value) / scene.points for value in np.median(rows, axis=0)))
 
 
 def memory(scene: Scene, voxel_size: float) -> List[int]:

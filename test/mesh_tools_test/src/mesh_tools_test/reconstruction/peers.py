@@ -7,7 +7,7 @@ from typing import Any, List, NamedTuple, Optional
 import numpy as np
 
 from mesh_tools_test.base.figures import Figure
-from mesh_tools_test.reconstruction.scene import VOXEL, Quality, Scene, drivable_mesh
+from mesh_tools_test.reconstruction.scene import BEYOND, VOXEL, Quality, Scene, drivable_mesh
 
 NEIGHBORHOOD, NEIGHBORS = 0.3, 30  # m and at most so many, of which a normal is estimated
 TRIMMED = 0.05  # of the vertices: those with the fewest points around
@@ -43,7 +43,7 @@ def measure(scene: Scene) -> List[Figure]:
             Figure("accuracy: mean", 1e3 * accuracy.mean, "mm", peer, 1e3 * other.accuracy.mean),
             Figure("  95 %", 1e3 * accuracy.p95, "mm", peer, 1e3 * other.accuracy.p95),
             Figure(
-                "  of what rays reached, beyond 5 cm",
+                "  " + BEYOND,
                 scene.quality.missing,
                 "%",
                 peer,

@@ -11,12 +11,13 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.rendering.render_camera import VIEWS, look_at
 
+from mesh_tools_test.base.server_start import executable
 from mesh_tools_test.reconstruction.scene import Scene
 
 LAYERS = {  # and the limits of their colors
-    "height_diff": "0,0.5",
-    "roughness": "0,0.8",
-    "steepness": "0,1.2",
+    "height_diff": "0,0.185",
+    "roughness": "0,0.3",
+    "steepness": "0,0.3",
     "border": "0,1",
     "inflation": "0,1",
 }
@@ -50,7 +51,7 @@ def write_pictures(scene: Scene, folder: Path, layers: Sequence[str] = tuple(LAY
 
 
 def _tool(*words: object) -> None:
-    command = ["rosrun", "mesh_msgs_hdf5", "mesh_tool", *map(str, words), "--quiet"]
+    command = [executable("mesh_msgs_hdf5", "mesh_tool"), *map(str, words), "--quiet"]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
     if done.returncode != 0:
         errors = done.stderr.decode(errors="replace").strip()

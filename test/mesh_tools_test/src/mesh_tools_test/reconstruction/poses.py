@@ -10,7 +10,7 @@ from mesh_map.scans.odometry_drift import OdometryDrift
 from mesh_map.scans.trajectory import Trajectory
 
 from mesh_tools_test.base.figures import Figure
-from mesh_tools_test.base.scanned_world import LOOP, scanned_world
+from mesh_tools_test.base.scanned_world import LOOP, Places, scanned_world
 from mesh_tools_test.reconstruction.scene import VOXEL, Scene
 
 DRIFT = OdometryDrift(slip=0.005, yaw=0.001, height=0.001, noise=0.002)  # in these proportions
@@ -19,12 +19,12 @@ RATE = 2.0  # scans in a second, at 1 m/s
 MOST = 0.03  # m
 
 
-def measure(scene: Scene, rate: float = RATE) -> List[Figure]:
-    """Once, with scans of the loop at a rate (Hz)."""
-    world = scanned_world(len(scene.world.mesh.faces), places=LOOP)
+def measure(scene: Scene, places: Places = LOOP, end: float = END) -> List[Figure]:
+    """Once, on a loop through places of the world, with odometry that ends so many m off."""
+    world = scanned_world(len(scene.world.mesh.faces), places=places)
     sensor = world.sensor
-    drift = drift_that_ends(sensor, END)
-    count = int(rate * (sensor.times[-1] - sensor.times[0]))
+    drift = drift_that_ends(sensor, end)
+    count = int(RATE * (sensor.times[-1] - sensor.times[0]))
     scans, truths = [], []
     for each in world.scans(scene.lidar, count, drift=drift):
         scans.append(each.scan)

@@ -18,6 +18,8 @@ from mesh_tools_test.base.scanned_world import FACES, LIDAR, SCANS, scanned_worl
 VOXEL = 0.1  # m
 TOLERANCE = 0.05  # m up to which a place is found again, and the side of what counts as a place
 
+BEYOND = "of what rays reached, beyond %g cm" % (100 * TOLERANCE)  # name of a figure
+
 
 class Quality(NamedTuple):
     """comparison: with the truth; found: distances of the places that rays reached from a mesh."""
