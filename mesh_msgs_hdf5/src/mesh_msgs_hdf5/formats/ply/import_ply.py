@@ -116,7 +116,7 @@ def _polygons(path, face, vertex_count):
             "no_faces",
             path,
             "the PLY file has no faces (element face with a list vertex_indices)",
-            "a map needs triangles: mesh the points first",
+            "a map needs triangles: mesh_tool reconstruct makes them of clouds with poses",
         )
     counts, corners = face.lists[found[0]]
     corners = _whole(path, corners)
