@@ -65,7 +65,7 @@ class Reconstruction(unittest.TestCase):
         rospy.set_param(SERVER, {**server, "mesh_map": {**layers, "mesh_file": str(self.map)}})
         robot = {"mesh_file": str(self.truth), "publish_clock": True, "real_time_factor": 0.0}
         robot.update(initial_pose=[*map(float, self.start.position), 0.0])
-        robot.update(scan_rate=1.0, scan_columns=180)
+        robot.update(rate=25.0, scan_rate=1.0, scan_columns=180)  # few: time is fast
         rospy.set_param(ROBOT, robot)
         for node, name in (("surface_robot", ROBOT[1:]), ("mbf_mesh_nav", SERVER[1:])):
             command = ["rosrun", "mesh_navigation", node, "__name:=" + name]
