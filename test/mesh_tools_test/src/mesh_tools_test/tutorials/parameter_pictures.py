@@ -1,4 +1,4 @@
-"""Pictures of what each parameter does to maps, paths, drives and commands.
+"""Pictures of what each parameter does to layers, paths, drives, commands and reconstructed maps.
 
 python3 -m mesh_tools_test.tutorials.parameter_pictures [FOLDER] [--only layers …]
 """
@@ -10,6 +10,7 @@ from mesh_tools_test.tutorials import (
     guard_pictures,
     layer_pictures,
     planner_pictures,
+    reconstruction_pictures,
 )
 
 KINDS = {
@@ -17,6 +18,7 @@ KINDS = {
     "planners": planner_pictures.all_pictures,
     "controller": drive_pictures.all_pictures,
     "guard": guard_pictures.all_pictures,
+    "reconstruction": reconstruction_pictures.all_pictures,
 }
 
 
