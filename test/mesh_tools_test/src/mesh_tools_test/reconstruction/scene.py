@@ -59,7 +59,8 @@ class Scene:
         return one_of_each_cell(np.concatenate([each.scan.in_map() for each in exact]), TOLERANCE)
 
     def field(self, voxel_size: float, threads: int = 0) -> SignedDistanceField:
-        """All scans in a new field with colors; threads: 0 for all cores."""
+        """All scans, brought into the frame of the map, in a new field with colors; threads: 0 for
+        all cores."""
         field = SignedDistanceField(voxel_size=voxel_size, colors=True, threads=threads)
         for scan in self.scans:
             field.integrate(scan.in_map(), scan.origins_in_map(), colors=scan.colors)
