@@ -6,6 +6,7 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 
 from mesh_map.base.cancel import CancelFlag
+from mesh_map.base.rotation import rotated
 from mesh_map.registration.rigid import inverse, motion, moved, numbers_of
 from mesh_map.spatial.hits import NO_FACE
 from mesh_map.spatial.spatial_index import SpatialIndex
@@ -95,12 +96,13 @@ class PlaneTarget:
                 return None
             # The scan moves in its own frame: n . R (t + r x p), so that the derivatives are R^T n
             # and p x R^T n.
-            own = normals @ pose[:3, :3]
+            own = rotated(normals, pose[:3, :3].T)
             rows = np.concatenate([own, np.cross(points[near], own)], axis=1)
             # Tukey's weights, so that what lies elsewhere does not pull.
             weights = (1 - np.minimum(1, np.abs(distances) / limit) ** 2) ** 2
-            information = rows.T @ (weights[:, None] * rows)
-            matrix, right = information, -rows.T @ (weights * distances)
+            weighted = weights[:, None] * rows
+            information = np.einsum("ni,nj->ij", weighted, rows)
+            matrix, right = information, -np.einsum("ni,n->i", weighted, distances)
             if prior is not None:
                 matrix = matrix + prior
                 right = right - prior @ numbers_of(inverse(guess) @ pose)

@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from mesh_map.base.rotation import rotated
+
 _SMALL = 1e-8  # rad, below which sin(angle) / angle is 1
 
 
@@ -62,4 +64,4 @@ def adjoint(matrix: np.ndarray) -> np.ndarray:
 
 def moved(matrix: np.ndarray, points: Any) -> np.ndarray:
     """(N, 3) float64: points in the frame that the matrix leads into."""
-    return np.asarray(points, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    return rotated(points, matrix[:3, :3]) + matrix[:3, 3]

@@ -7,6 +7,7 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 
 from mesh_map.base.errors import MeshMapError
+from mesh_map.base.rotation import rotated
 from mesh_map.scans.scan import Scan
 from mesh_map.scans.trajectory import Trajectory
 from mesh_map.spatial.hits import NO_FACE, RayHits
@@ -240,7 +241,7 @@ class Lidar:
     def _rays(self, positions: np.ndarray, rotations: np.ndarray) -> Any:
         """Origins and directions in the map's frame, of one pose or of one for each column."""
         if rotations.ndim == 2:
-            return positions, self.directions @ rotations.T
+            return positions, rotated(self.directions, rotations)
         shape = self.model.rings, self.model.columns, 3
         directions = np.einsum("cij,rcj->rci", rotations, self.directions.reshape(shape))
         origins = np.broadcast_to(positions, shape)

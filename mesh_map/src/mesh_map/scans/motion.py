@@ -5,6 +5,7 @@ from typing import Callable, NamedTuple, Optional
 
 import numpy as np
 
+from mesh_map.base.rotation import rotated
 from mesh_map.scans.cloud_values import CloudValues
 
 # Between such, points are moved along straight lines: off by r a^2 / 8 for a turn by a, at 1 rad/s
@@ -54,7 +55,8 @@ def undo_motion(
         for result, still in zip(moved, places):
             chosen = still if len(still) == 1 < len(values) else still[here]
             ends = [
-                chosen @ matrix[:3, :3].T + matrix[:3, 3] for matrix in relative[knot : knot + 2]
+                rotated(chosen, matrix[:3, :3]) + matrix[:3, 3]
+                for matrix in relative[knot : knot + 2]
             ]
             result[here] = (1 - part[here]) * ends[0] + part[here] * ends[1]
     still_values = replace(values, points=moved[0], times=None, origins=moved[1])

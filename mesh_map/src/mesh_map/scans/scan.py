@@ -5,6 +5,8 @@ from typing import Optional
 
 import numpy as np
 
+from mesh_map.base.rotation import rotated
+
 
 @dataclass(frozen=True)
 class Scan:
@@ -32,10 +34,10 @@ class Scan:
 
     def in_map(self) -> np.ndarray:
         """(N, 3) float32 points in the map's frame."""
-        return np.float32(self.points @ self.pose[:3, :3].T + self.pose[:3, 3])
+        return np.float32(rotated(self.points, self.pose[:3, :3]) + self.pose[:3, 3])
 
     def origins_in_map(self) -> np.ndarray:
         """Where the sensor was in the map's frame: (3,) float32 for all, or (N, 3)."""
         if self.origins is None:
             return np.float32(self.pose[:3, 3])
-        return np.float32(self.origins @ self.pose[:3, :3].T + self.pose[:3, 3])
+        return np.float32(rotated(self.origins, self.pose[:3, :3]) + self.pose[:3, 3])
