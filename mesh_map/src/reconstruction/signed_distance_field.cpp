@@ -20,8 +20,12 @@ constexpr float CARVE_WEIGHT = 0.1f;
 constexpr float CARVE_WIDTH = 0.35f;    // voxels from a ray that are emptied
 constexpr unsigned MOST_OF_COLOR = 64;  // points that a color is the mean of
 constexpr float CELL_VOXELS = 2.0f;     // side of the cells of normals
-constexpr std::size_t BATCH = 1 << 16;  // rays whose blocks are listed at a time
-constexpr std::size_t RAYS = 512;       // rays that a thread takes at a time
+constexpr unsigned RAY_BITS = 16;
+constexpr std::size_t BATCH = 1 << RAY_BITS;  // rays whose blocks are listed at a time
+// Parts of a ray.
+constexpr std::uint32_t ALONG = 1 << RAY_BITS, ACROSS = 2 << RAY_BITS, CARVED = 4 << RAY_BITS;
+constexpr std::size_t USUAL_BLOCKS = 4;
+constexpr std::size_t RAYS = 1024;  // rays that a thread takes at a time
 
 float dot(const Vector3f& a, const Vector3f& b)
 {
@@ -126,7 +130,7 @@ struct SignedDistanceField::Ray
 struct SignedDistanceField::BlockRay
 {
   std::uint64_t block;
-  std::uint32_t ray;
+  std::uint32_t ray;  ///< in the batch, and above it which of its parts meet the block
 };
 
 SignedDistanceField::SignedDistanceField(const FieldOptions& options)
@@ -242,7 +246,6 @@ IntegrationCounts SignedDistanceField::integrate(const MeasuredPoints& measured,
   const std::size_t count = measured.points.size() / 3;
   const bool one_origin = measured.origins.size() == 3;
   const auto voxels = static_cast<float>(1 / options_.voxel_size);
-  const float truncation = static_cast<float>(options_.truncation) * voxels;
   const float limit = static_cast<float>(GridPlace::LIMIT - 2);
   IntegrationCounts counts;
   std::vector<float> points;
@@ -255,7 +258,7 @@ IntegrationCounts SignedDistanceField::integrate(const MeasuredPoints& measured,
     for (std::size_t i = begin; i < end; ++i) {
       const float* const point = measured.points.data() + 3 * i;
       const float* const origin = measured.origins.data() + (one_origin ? 0 : 3 * i);
-      Ray ray;
+      Ray& ray = rays.emplace_back();
       float square = 0;
       bool outside = false;
       for (std::size_t k = 0; k < 3; ++k) {
@@ -265,55 +268,57 @@ IntegrationCounts SignedDistanceField::integrate(const MeasuredPoints& measured,
         outside =
             outside || !(std::abs(ray.point[k]) < limit) || !(std::abs(ray.sensor[k]) < limit);
       }
-      if (!std::isfinite(square)) {
-        ++counts.not_finite;
-      } else if (square < options_.min_range * options_.min_range || square == 0) {
-        ++counts.too_near;
-      } else if (square > options_.max_range * options_.max_range) {
-        ++counts.too_far;
-      } else if (outside) {
-        ++counts.outside;
-      } else {
-        const float range = std::sqrt(square) / TYPICAL_RANGE;
-        ray.weight = 1 / (1 + range * range);
-        ray.number = static_cast<std::uint32_t>(i);
-        rays.push_back(ray);
-        points.insert(points.end(), point, point + 3);
+      std::size_t* const left_out =
+          !std::isfinite(square)                                            ? &counts.not_finite
+          : square < options_.min_range * options_.min_range || square == 0 ? &counts.too_near
+          : square > options_.max_range * options_.max_range                ? &counts.too_far
+          : outside                                                         ? &counts.outside
+                                                                            : nullptr;
+      if (left_out != nullptr) {
+        ++*left_out;
+        rays.pop_back();
+        continue;
       }
+      const float range = std::sqrt(square) / TYPICAL_RANGE;
+      ray.weight = 1 / (1 + range * range);
+      ray.number = static_cast<std::uint32_t>(i);
+      points.insert(points.end(), point, point + 3);
     }
     counts.used += rays.size();
     const std::vector<PointNormal> normals = normals_.add(points, run);
     checkMemory();
-    run.each(rays.size(), RAYS, 0.0, [&](std::size_t i) {
-      Ray& ray = rays[i];
-      Vector3f way = along(ray.point, -1, ray.sensor);
-      const float length = std::sqrt(dot(way, way));
-      way = {way[0] / length, way[1] / length, way[2] / length};
-      const PointNormal& normal = normals[i];
-      const Vector3f plane = {normal.x, normal.y, normal.z};
-      const float towards = dot(plane, way) > 0 ? -normal.flatness : normal.flatness;
-      Vector3f mixed;
-      for (std::size_t k = 0; k < 3; ++k) {
-        mixed[k] = towards * plane[k] - (1 - normal.flatness) * way[k];
-      }
-      const float scale = 1 / std::sqrt(dot(mixed, mixed));
-      ray.normal = {scale * mixed[0], scale * mixed[1], scale * mixed[2]};
-      const float cosine = std::max(-dot(ray.normal, way), LEAST_COSINE);
-      // A beam that grazes a surface lights a long spot on it, and tells less of its distance; on
-      // the other hand the error of its range moves the point along the surface.
-      ray.weight *= std::sqrt(cosine);
-      const float reach = std::min(truncation / cosine, 2 * truncation);
-      ray.front = along(ray.point, -std::min(reach, length), way);
-      ray.back = along(ray.point, reach, way);
-      ray.outside = ray.inside = ray.point;
-      if (cosine < STEEP_COSINE) {
-        ray.outside = along(ray.point, truncation, ray.normal);
-        ray.inside = along(ray.point, -truncation, ray.normal);
-      }
-    });
-    addRays(rays, measured, run);
+    addRays(rays, normals, measured, run);
   }
   return counts;
+}
+
+/// Its parts, by the normal of the surface where it ends.
+void SignedDistanceField::aim(Ray& ray, const PointNormal& normal) const
+{
+  const auto truncation = static_cast<float>(options_.truncation / options_.voxel_size);
+  Vector3f way = along(ray.point, -1, ray.sensor);
+  const float length = std::sqrt(dot(way, way));
+  way = {way[0] / length, way[1] / length, way[2] / length};
+  const Vector3f plane = {normal.x, normal.y, normal.z};
+  const float towards = dot(plane, way) > 0 ? -normal.flatness : normal.flatness;
+  Vector3f mixed;
+  for (std::size_t k = 0; k < 3; ++k) {
+    mixed[k] = towards * plane[k] - (1 - normal.flatness) * way[k];
+  }
+  const float scale = 1 / std::sqrt(dot(mixed, mixed));
+  ray.normal = {scale * mixed[0], scale * mixed[1], scale * mixed[2]};
+  const float cosine = std::max(-dot(ray.normal, way), LEAST_COSINE);
+  // A beam that grazes a surface lights a long spot on it, and tells less of its distance; on the
+  // other hand the error of its range moves the point along the surface.
+  ray.weight *= std::sqrt(cosine);
+  const float reach = std::min(truncation, length);
+  ray.front = along(ray.point, -reach, way);
+  ray.back = along(ray.point, truncation, way);
+  ray.outside = ray.inside = ray.point;
+  if (cosine < STEEP_COSINE) {
+    ray.outside = along(ray.point, truncation, ray.normal);
+    ray.inside = along(ray.point, -truncation, ray.normal);
+  }
 }
 
 void SignedDistanceField::listBlocks(const Ray& ray, std::uint32_t number,
@@ -325,41 +330,48 @@ void SignedDistanceField::listBlocks(const Ray& ray, std::uint32_t number,
   const auto scaled = [](const Vector3f& at) {
     return Vector3f{at[0] * BLOCKS, at[1] * BLOCKS, at[2] * BLOCKS};
   };
-  const auto add = [&](const std::array<std::int32_t, 3>& cell) {
+  const auto add = [&](const std::array<std::int32_t, 3>& cell, std::uint32_t part) {
     const std::uint64_t key = GridPlace{cell[0], cell[1], cell[2]}.key();
     for (std::size_t i = first; i < listed.size(); ++i) {
       if (listed[i].block == key) {
+        listed[i].ray |= part;
         return;
       }
     }
-    listed.push_back({key, number});
+    listed.push_back({key, number | part});
   };
   const std::array<std::int32_t, 3> low = {-MOST, -MOST, -MOST}, high = {MOST, MOST, MOST};
-  visitCells(scaled(ray.front), scaled(ray.back), low, high, add);
+  visitCells(scaled(ray.front), scaled(ray.back), low, high,
+             [&](const std::array<std::int32_t, 3>& cell) { add(cell, ALONG); });
   if (ray.outside != ray.inside) {
-    visitCells(scaled(ray.outside), scaled(ray.inside), low, high, add);
+    visitCells(scaled(ray.outside), scaled(ray.inside), low, high,
+               [&](const std::array<std::int32_t, 3>& cell) { add(cell, ACROSS); });
   }
   if (options_.carve) {
     visitCells(scaled(ray.sensor), scaled(ray.front), low, high,
                [&](const std::array<std::int32_t, 3>& cell) {
                  const GridPlace place{cell[0], cell[1], cell[2]};
                  if (blocks_.index.find(place.key()) != KeyIndex::NONE) {
-                   add(cell);
+                   add(cell, CARVED);
                  }
                });
   }
 }
 
-void SignedDistanceField::addRays(const std::vector<Ray>& rays, const MeasuredPoints& measured,
-                                  Run& run)
+void SignedDistanceField::addRays(std::vector<Ray>& rays, const std::vector<PointNormal>& normals,
+                                  const MeasuredPoints& measured, Run& run)
 {
   const std::size_t chunks = (rays.size() + RAYS - 1) / RAYS;
   std::vector<std::vector<BlockRay>> listed(chunks);
   run.each(chunks, 1, 0.0, [&](std::size_t chunk) {
     const std::size_t end = std::min(rays.size(), (chunk + 1) * RAYS);
+    std::vector<BlockRay> own;  // of this thread alone, until it is done
+    own.reserve(USUAL_BLOCKS * RAYS);
     for (std::size_t i = chunk * RAYS; i < end; ++i) {
-      listBlocks(rays[i], static_cast<std::uint32_t>(i), listed[chunk]);
+      aim(rays[i], normals[i]);
+      listBlocks(rays[i], static_cast<std::uint32_t>(i), own);
     }
+    listed[chunk] = std::move(own);
   });
 
   // Blocks are numbered as the rays come: the result does not depend on who listed what.
@@ -407,12 +419,12 @@ void SignedDistanceField::addRays(const std::vector<Ray>& rays, const MeasuredPo
     }
     block->is_changed = true;
     for (std::uint32_t k = offsets[number]; k < offsets[number + 1]; ++k) {
-      addToBlock(number, rays[sorted[k]], measured);
+      addToBlock(number, rays[sorted[k] % BATCH], sorted[k] & ~(ALONG - 1), measured);
     }
   });
 }
 
-void SignedDistanceField::addToBlock(std::uint32_t number, const Ray& ray,
+void SignedDistanceField::addToBlock(std::uint32_t number, const Ray& ray, std::uint32_t parts,
                                      const MeasuredPoints& measured)
 {
   VoxelBlock& block = *blocks_.blocks[number];
@@ -473,11 +485,13 @@ void SignedDistanceField::addToBlock(std::uint32_t number, const Ray& ray,
     }
     seen = static_cast<std::uint16_t>(std::min(seen + 1, 65535));
   };
-  visitCells(ray.front, ray.back, low, high, measure);
-  if (ray.outside != ray.inside) {
+  if ((parts & ALONG) != 0) {
+    visitCells(ray.front, ray.back, low, high, measure);
+  }
+  if ((parts & ACROSS) != 0) {
     visitCells(ray.outside, ray.inside, low, high, measure);
   }
-  if (options_.carve) {
+  if ((parts & CARVED) != 0) {
     const Vector3f way = along(ray.front, -1, ray.sensor);
     const float length = std::sqrt(dot(way, way));
     if (length > truncation) {

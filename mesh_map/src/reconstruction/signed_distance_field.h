@@ -98,9 +98,12 @@ class SignedDistanceField
   struct Ray;
   struct BlockRay;
 
-  void addRays(const std::vector<Ray>& rays, const MeasuredPoints& measured, Run& run);
+  void addRays(std::vector<Ray>& rays, const std::vector<PointNormal>& normals,
+               const MeasuredPoints& measured, Run& run);
+  void aim(Ray& ray, const PointNormal& normal) const;
   void listBlocks(const Ray& ray, std::uint32_t number, std::vector<BlockRay>& listed) const;
-  void addToBlock(std::uint32_t number, const Ray& ray, const MeasuredPoints& measured);
+  void addToBlock(std::uint32_t number, const Ray& ray, std::uint32_t parts,
+                  const MeasuredPoints& measured);
   std::size_t blockMemory() const;
   void checkMemory();
   std::unique_ptr<VoxelBlock> newBlock() const;
