@@ -378,7 +378,7 @@ class _Work:
             try:
                 names = kept.put(self.arguments.output)
                 self._value["file_bytes"] = os.stat(self.arguments.output).st_size
-                self.notes.append("%d scans are in the map, too" % len(names))
+                self.notes.append("%d scans were put into the map, too" % len(names))
             except MapFileError as error:
                 self.notes.append("the map is saved, but not its scans: %s" % error)
                 self._code = self._code or LESS

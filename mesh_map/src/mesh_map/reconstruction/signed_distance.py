@@ -170,8 +170,8 @@ class SignedDistanceField:
             return IntegrationReport(*self._field._integrate(*arguments))
         except _kernels._FieldMemoryError as error:
             raise FieldMemoryError(
-                f"the field needs {int(error.args[0]) / 1e6:.0f} MB, more than its limit of"
-                f" {self._limit / 1e6:.0f} MB; take larger voxels, a smaller range, or more memory"
+                f"the field needs {int(error.args[0]) / 1e6:.1f} MB, more than its limit of"
+                f" {self._limit / 1e6:.1f} MB; take larger voxels, a smaller range, or more memory"
             ) from error
 
     def extract(
