@@ -20,6 +20,7 @@ constexpr float CARVE_WEIGHT = 0.3f;
 constexpr float CARVE_WIDTH = 0.35f;    // voxels from a ray that are emptied
 constexpr unsigned MOST_OF_COLOR = 64;  // points that a color is the mean of
 constexpr float CELL_VOXELS = 2.0f;     // side of the cells of normals
+constexpr double NEAREST_POINT = 0.01;  // voxels from the sensor; nearer ones have no direction
 constexpr unsigned RAY_BITS = 16;
 constexpr std::size_t BATCH = 1 << RAY_BITS;  // rays whose blocks are listed at a time
 // Parts of a ray.
@@ -49,6 +50,9 @@ void visitCells(const Vector3f& a, const Vector3f& b, const std::array<std::int3
   Vector3f way, inverse;
   for (std::size_t k = 0; k < 3; ++k) {
     way[k] = b[k] - a[k];
+    if (!std::isfinite(way[k])) {
+      return;
+    }
     const auto from = static_cast<float>(low[k]), to = static_cast<float>(high[k]);
     if (std::abs(way[k]) < 1e-9f) {
       if (a[k] < from || a[k] >= to) {
@@ -247,6 +251,8 @@ IntegrationCounts SignedDistanceField::integrate(const MeasuredPoints& measured,
   const bool one_origin = measured.origins.size() == 3;
   const auto voxels = static_cast<float>(1 / options_.voxel_size);
   const float limit = static_cast<float>(GridPlace::LIMIT - 2);
+  const double least = std::max(options_.min_range, NEAREST_POINT * options_.voxel_size);
+  const auto least_square = static_cast<float>(least * least);
   IntegrationCounts counts;
   std::vector<float> points;
   std::vector<Ray> rays;
@@ -268,12 +274,12 @@ IntegrationCounts SignedDistanceField::integrate(const MeasuredPoints& measured,
         outside =
             outside || !(std::abs(ray.point[k]) < limit) || !(std::abs(ray.sensor[k]) < limit);
       }
-      std::size_t* const left_out =
-          !std::isfinite(square)                                            ? &counts.not_finite
-          : square < options_.min_range * options_.min_range || square == 0 ? &counts.too_near
-          : square > options_.max_range * options_.max_range                ? &counts.too_far
-          : outside                                                         ? &counts.outside
-                                                                            : nullptr;
+      std::size_t* const left_out = !std::isfinite(square)  ? &counts.not_finite
+                                    : square < least_square ? &counts.too_near
+                                    : square > options_.max_range * options_.max_range
+                                        ? &counts.too_far
+                                    : outside ? &counts.outside
+                                              : nullptr;
       if (left_out != nullptr) {
         ++*left_out;
         rays.pop_back();

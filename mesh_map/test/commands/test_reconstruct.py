@@ -21,6 +21,7 @@ from scan_bags import ODOM, drive, message_of, write_bag, write_clouds
 from verb_calls import call, said
 
 from mesh_map.commands import reconstruct
+from mesh_map.reconstruction import pose_refinement
 from mesh_map.reconstruction.options import FieldOptions
 from mesh_map.reconstruction.pipeline import Reconstruction
 from mesh_map.reconstruction.pose_refinement import refine_poses
@@ -359,7 +360,8 @@ def test_sizes_of_memory():
             parsed_bytes(text)
 
 
-def test_poses_that_drift_are_refined_on_request(tmp_path, capsys):
+def test_poses_that_drift_are_refined_on_request(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(pose_refinement, "_BETTER", 10.0)  # whether they are better or not
     given = [replace(scan, pose=np.array(scan.pose)) for scan in drive()]
     for scan, shift in zip(given, np.linspace(0, 1, 8)[:, None] * [0.09, -0.06, 0.06]):
         scan.pose[:3, 3] += shift
@@ -376,3 +378,47 @@ def test_poses_that_drift_are_refined_on_request(tmp_path, capsys):
     assert np.abs(pose - scan.pose).max() > 0.01
     with pytest.raises(MapFileError, match="--refine needs all scans at once"):
         call("reconstruct", clouds, path, "--continue", "--refine")
+
+
+def test_other_poses_are_other_scans(tmp_path):
+    clouds = Path(write_clouds(tmp_path / "clouds", drive()))
+    path = str(tmp_path / "map.h5")
+    assert call("reconstruct", str(clouds), path, *COARSE) == 0
+    moved = [replace(scan, pose=np.array(scan.pose)) for scan in drive()]
+    for scan in moved:
+        scan.pose[0, 3] += 1.0
+    lines = pose_lines([ScanPose(scan.pose) for scan in moved], "kitti")
+    (clouds / "poses.txt").write_text(lines)
+    with pytest.raises(MapFileError, match="its bytes, or its poses, differ"):
+        call("reconstruct", str(clouds), path, "--continue")
+
+
+def test_points_next_to_the_sensor_are_no_returns(tmp_path, capsys):
+    """As zeros that were moved into another frame and back."""
+    scans = []
+    for scan in drive():
+        points = np.array(scan.points)
+        points[::100] = 1e-6 * points[::100]
+        scans.append(replace(scan, points=points))
+    clouds, path = write_clouds(tmp_path / "clouds", scans), str(tmp_path / "map.h5")
+    capsys.readouterr()
+    assert call("reconstruct", clouds, path, *COARSE, "--json") == 0
+    value = json.loads(capsys.readouterr().out)
+    expected = sum(len(scan.points[::100]) for scan in scans)
+    assert value["left_out"]["no_return"]["count"] == expected
+
+
+def test_a_map_of_other_scans_is_not_replaced(halves, tmp_path):
+    paths = [str(tmp_path / name) for name in ("one.h5", "two.h5")]
+    for bag, path in zip(halves, paths):
+        assert call("reconstruct", bag, path, *COARSE) == 0
+    before = Path(paths[1]).read_bytes()
+    os.replace(state_path(paths[0]), state_path(paths[1]))
+    with pytest.raises(MapFileError, match="was not made by this command, or was changed since"):
+        call("reconstruct", paths[1], "--continue")
+    assert Path(paths[1]).read_bytes() == before
+
+
+def test_parts_of_alike_names_have_states_of_their_own():
+    assert state_path("map.h5", "a/b") != state_path("map.h5", "a_b")
+    assert state_path("map.h5", "/mesh/") == "map.h5.mesh.reconstruction"

@@ -196,6 +196,9 @@ def test_points_that_are_no_use_are_counted():
     )
     report = field.integrate(points, [0, 0, 0])
     assert report == (2, 2, 2, 1, 0)
+    near = SignedDistanceField(voxel_size=0.1)
+    tiny = np.random.default_rng(0).uniform(-1e-6, 1e-6, (1000, 3)) + [7, 8, 9]
+    assert near.integrate(tiny, [7, 8, 9]) == (0, 0, 1000, 0, 0)  # they have no direction
     far = SignedDistanceField(voxel_size=0.1)
     assert far.integrate([[1e9, 0, 0], [1, 2, 3]], [0, 0, 0]) == (1, 0, 0, 0, 1)
     assert far.integrate(np.zeros((0, 3)), [0, 0, 0]) == (0, 0, 0, 0, 0)

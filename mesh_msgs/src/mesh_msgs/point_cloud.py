@@ -71,6 +71,10 @@ def cloud_rows(message: Any) -> np.ndarray:
 def _position_dtype(message: Any) -> np.dtype:
     """Of x, y and z in a point."""
     step = int(message.point_step)
+    if step > len(message.data):
+        raise PointCloudError(
+            "the cloud has %d bytes, but a point of it has %d" % (len(message.data), step)
+        )
     if len(message.fields) > _MAX_FIELDS:
         raise PointCloudError("the cloud has %d fields" % len(message.fields))
     order = ">" if message.is_bigendian else "<"

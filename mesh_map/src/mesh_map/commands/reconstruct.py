@@ -154,7 +154,7 @@ def run(arguments: argparse.Namespace) -> int:
     state = state_path(output, arguments.to_part)
     with as_map_errors(output) as warnings:
         begun = _begun(arguments, state)
-        _check_output(arguments, begun is not None)
+        _check_output(arguments, None if begun is None else begun[0])
         stop = StopSignals()
         with ProgressLine(arguments.quiet) as progress:
             work = _Work(arguments, state, stop, progress, begun)
@@ -186,14 +186,14 @@ def _begun(arguments: argparse.Namespace, state: str) -> Optional[Tuple[Dict[str
     return read_state(state)
 
 
-def _check_output(arguments: argparse.Namespace, goes_on: bool) -> None:
-    """Refuse what cannot be saved before the work begins."""
+def _check_output(arguments: argparse.Namespace, header: Optional[Dict[str, Any]]) -> None:
+    """Refuse what cannot be saved before the work begins. header: of the state to go on from."""
     output = arguments.output
     parts = isolated("parts", output) if os.path.exists(output) and is_map_file(output) else []
-    if goes_on and parts:
+    if header is not None and parts:
         part = arguments.to_part or ("mesh" if "mesh" in parts else parts[0] or "/")
         if not arguments.force and part.strip("/") in parts:
-            _check_ours(output, part)
+            _check_ours(output, part, header)
         # what else is in the file, such as scans, stays
         arguments.to_part, arguments.force = part, True
     elif arguments.to_part is not None and arguments.to_part.strip("/") in parts:
@@ -213,10 +213,12 @@ def _check_output(arguments: argparse.Namespace, goes_on: bool) -> None:
         raise MapFileError("save", output, text, "make room on the disk, or save elsewhere")
 
 
-def _check_ours(output: str, part: str) -> None:
+def _check_ours(output: str, part: str, header: Dict[str, Any]) -> None:
     """Refuse to replace a mesh that is not that of the state, or has labels."""
     contents = open_map(output, part).members
-    if contents.source.get("made") != _MADE:
+    known = {entry["blake2b"] for entry in header["inputs"]}
+    theirs = [entry.get("blake2b") for entry in contents.source.get("inputs", ())]
+    if contents.source.get("made") != _MADE or not known.issuperset(filter(None, theirs)):
         text = "it was not made by this command, or was changed since, and would be replaced"
         raise MapFileError("exists", output, text, "--force replaces it, or name another output")
     labels = contents.label_names()
@@ -285,6 +287,8 @@ class _Work:
                 groups.append((options, []))
             groups[-1][1].append(record.path)
         known = {record.path for record in records}
+        if records and arguments.poses and known.issuperset(named):
+            self.notes.append("--poses is not used: the inputs are those of before, with their poses")
         new = InputOptions(arguments.topics, "", arguments.clock, arguments.poses, arguments.sensor)
         groups.append((new, [path for path in named if path not in known]))
         wanted = {*named, *(record.path for record in records if not record.complete)}

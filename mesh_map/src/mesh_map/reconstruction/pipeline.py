@@ -112,8 +112,9 @@ class Reconstruction:
         found = self._field.extract(cancel=cancel)
         if not len(found.faces):
             text = "%d points of %d scans make no surface"
+            text = "; ".join([text % (self.points, self.scans), *self.left_out.lines()])
             hint = "is --voxel_size right for the spacing of the points, and are the poses?"
-            raise MeshMapError(text % (self.points, self.scans), hint)
+            raise MeshMapError(text, hint)
         attributes = {OBSERVATIONS: found.observations}
         if found.intensities is not None:
             attributes[INTENSITY] = found.intensities

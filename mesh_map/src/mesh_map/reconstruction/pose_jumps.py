@@ -8,15 +8,15 @@ import numpy as np
 from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.scan import Scan
 
-_LEAST = 5.0  # m
+_LEAST = 2.0  # m
 _FASTEST = 50.0  # m/s: no robot
 _RECENT, _FEW = 9, 3
-_TIMES = 4.0  # the median of the last steps
+_TIMES = 1.8  # the longest of the last steps
 
 
 class PoseJumps:
-    """Counts steps of 5 m or more that are faster than 50 m/s, or more than four times as long as
-    the median of the last nine; scans behind such a step are used as all others.
+    """Counts steps of 2 m or more that are faster than 50 m/s, or nearly twice as long as the
+    longest of the last nine; scans behind such a step are used as all others.
 
     Args:
         left_out: takes what is found.
@@ -38,7 +38,7 @@ class PoseJumps:
         fast = False
         if scan.time is not None and before.time is not None and scan.time > before.time:
             fast = length > _FASTEST * (scan.time - before.time)
-        unusual = len(self._lengths) >= _FEW and length > _TIMES * float(np.median(self._lengths))
+        unusual = len(self._lengths) >= _FEW and length > _TIMES * max(self._lengths)
         if length >= _LEAST and (fast or unusual):
             text = "%.3g m from the pose of %s; are the poses right, or of several drives?"
             self._left_out.add("jump", scan.name, reason=text % (length, before.name))

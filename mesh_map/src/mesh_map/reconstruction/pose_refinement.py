@@ -23,6 +23,9 @@ _LOOP_RADIUS, _LOOP_GAP = 10.0, 12  # m apart, and key scans between, of what ma
 _LOOPS_OF_ONE = 3
 _LEAST_SHARE, _LEAST_COUNT = 0.7, 100  # of the points nearby that have to lie on the other surface
 _COARSE = 0.2  # m, voxels of surfaces that scans are laid onto: smaller ones fall between rings
+_COMPARED, _AROUND = 30, 6  # scans that are compared with others, and with how many
+_ELSEWHERE = 0.3  # m
+_BETTER = 0.9  # times the disagreement of the given poses, from which on others are better
 _RANGE_NOISE = 0.02  # m
 _CORRELATED = 50.0  # neighbors of a point that err with it
 _ODOMETRY = 0.03, 0.01  # share of the way, and rad per m, that given poses may be off
@@ -48,6 +51,9 @@ class RefinedPoses(NamedTuple):
         loops: how many times a place was recognized.
         lost: key scans that lay on nothing before them; they keep the given motion.
         moved: (2,) m: by how much poses were moved, the root of the mean square, and the most.
+        errors: (2,) m: how far points are from the surface of scans near theirs, in the mean, with
+            the given and with the refined poses. Where these are not clearly better, the given
+            ones are the result.
     """
 
     poses: List[np.ndarray]
@@ -55,9 +61,18 @@ class RefinedPoses(NamedTuple):
     loops: int
     lost: int
     moved: Tuple[float, float]
+    errors: Tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def is_better(self) -> bool:
+        """Whether the poses are the refined ones."""
+        return self.errors[1] < _BETTER * self.errors[0]
 
     def line(self) -> str:
         """For people."""
+        if not self.is_better:
+            text = "poses stay as given: scans fit each other to %.3f m, with refined poses to %.3f m"
+            return text % self.errors
         text = "poses refined: moved by %.3f m (root mean square), %.3f m at most; %s closed"
         line = text % (*self.moved, quantity(self.loops, "loops"))
         if self.lost:
@@ -68,7 +83,9 @@ class RefinedPoses(NamedTuple):
 
     def counts(self) -> Dict[str, Any]:
         """What json can write, without the poses."""
-        values = {"key_scans": self.key_scans, "loops": self.loops, "lost": self.lost}
+        values: Dict[str, Any] = {"key_scans": self.key_scans, "loops": self.loops, "lost": self.lost}
+        values.update(is_better=self.is_better, error_given=self.errors[0])
+        values.update(error_refined=self.errors[1])
         return {**values, "moved_rms": self.moved[0], "moved_most": self.moved[1]}
 
 
@@ -209,11 +226,41 @@ class _Refinement:
             self._poses = optimized(self._poses, self._edges + list(loops.values()))
             if len(loops) == before or is_stopped():
                 break
-        poses = self._all_poses()
+        # Registrations err by centimeters where scans are sparse: poses that are better stay.
+        refined = self._poses
+        given = [self.given[key.number] for key in self._keys]
+        errors = self._disagreement(given), self._disagreement(refined)
+        is_better = errors[1] < _BETTER * errors[0]
+        poses = self._all_poses() if is_better else [pose.copy() for pose in self.given]
         shifts = [np.linalg.norm(a[:3, 3] - b[:3, 3]) for a, b in zip(poses, self.given)]
         most = float(max(shifts, default=0.0))
         mean = float(np.sqrt(np.mean(np.square(shifts)))) if shifts else 0.0
-        return RefinedPoses(poses, len(self._keys), len(loops), self._lost, (mean, most))
+        return RefinedPoses(poses, len(self._keys), len(loops), self._lost, (mean, most), errors)
+
+    def _disagreement(self, poses: List[np.ndarray]) -> float:
+        """m: how far points of key scans are from the surface of those near them, in the mean; no
+        more than _ELSEWHERE of each."""
+        places = np.array([pose[:3, 3] for pose in poses]).reshape(-1, 3)
+        before, self._poses = self._poses, poses
+        sums = np.zeros(2)
+        try:
+            for number in range(0, len(poses), 1 + len(poses) // _COMPARED):
+                apart = np.linalg.norm(places - places[number], axis=1)
+                near = [k for k in np.argsort(apart, kind="stable").tolist() if k != number]
+                near = [k for k in near[:_AROUND] if apart[k] < _LOOP_RADIUS]
+                target = self._surface(near, number) if near else None
+                if target is not None:
+                    key = self._keys[number]
+                    hits = target.index.closest_batch(
+                        points=key.points[key.few],
+                        max_distance=_ELSEWHERE,
+                        back_end="native",
+                        cancel=self._cancel,
+                    )
+                    sums += np.minimum(hits.distances, _ELSEWHERE).sum(), len(hits.distances)
+        finally:
+            self._poses = before
+        return float(sums[0] / sums[1]) if sums[1] else 0.0
 
     def _close_loops(
         self,

@@ -167,7 +167,7 @@ class ReconstructionSession:
         ended = Event()
         with ThreadPoolExecutor(1) as threads:  # reads the files once more, while scans are used
             digests = [
-                threads.submit(fingerprint, source.files(), ended.is_set)
+                threads.submit(fingerprint, source.files(), ended.is_set, source.identity)
                 for source in self._sources
             ]
             outcome, rate = DONE, Rate()
@@ -249,7 +249,7 @@ class ReconstructionSession:
                     return known
             again = [known for known in self._known if known.path == source.path]
             if again:
-                text = "%s is not the file of which %d scans are in the map: its bytes differ"
+                text = "%s is not the file of which %d scans are in the map: its bytes, or its poses, differ"
                 hint = "give it another name if its scans are to be added, too, or begin anew"
                 raise MeshMapError(text % (source.path, again[0].scans), hint)
         self.records.append(record)

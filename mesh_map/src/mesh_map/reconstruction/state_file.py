@@ -9,6 +9,7 @@ import json
 import os
 import struct
 from typing import Any, Dict, Optional, Tuple
+from urllib.parse import quote
 
 from mesh_msgs_hdf5.files.probe import check_regular, os_error
 from mesh_msgs_hdf5.files.save import save_file, write_all
@@ -23,7 +24,7 @@ _MOST_HEADER = 1 << 28
 
 def state_path(map_path: str, part: Optional[str] = None) -> str:
     """Where the state of the reconstruction of a map is, or of one part of the map file."""
-    plain = (part or "").strip("/").replace("/", "_")
+    plain = quote((part or "").strip("/"), safe="")
     return map_path + ("." + plain if plain else "") + SUFFIX
 
 

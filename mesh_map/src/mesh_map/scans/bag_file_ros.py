@@ -53,9 +53,11 @@ class BagFile:
             self.counts: Dict[str, int] = dict.fromkeys(self.topics, 0)
             for each in connections:
                 self.counts[each.topic] += len(self._bag._connection_indexes.get(each.id, ()))
-        except _ERRORS as error:
+        except BaseException as error:
             self.close()
-            raise _unreadable(path, error) from error
+            if isinstance(error, _ERRORS):
+                raise _unreadable(path, error) from error
+            raise
 
     def __enter__(self) -> "BagFile":
         return self

@@ -15,6 +15,9 @@ TIMES = ("t", "time", "timestamp", "time_stamp", "timeStamp", "offset_time", "ti
 ORIGINS = "origins"  # (3,) numbers: where the sensor was, as maps of ours keep it
 
 
+# m; what has been moved into another frame and back is not exactly 0 any more.
+_AT_SENSOR = 1e-3
+
 @dataclass(frozen=True)
 class CloudValues:
     """The points of a cloud.
@@ -66,8 +69,9 @@ def usable(values: CloudValues, left_out: LeftOutCounts, name: str) -> CloudValu
     finite = np.isfinite(values.points).all(axis=1)
     if values.origins is not None:
         finite &= np.isfinite(values.origins).all(axis=1)
-    with np.errstate(invalid="ignore"):
-        away = (values.points != (0 if values.origins is None else values.origins)).any(axis=1)
+    with np.errstate(all="ignore"):
+        ways = values.points - (0 if values.origins is None else values.origins)
+        away = np.abs(ways).max(axis=1, initial=0.0) > _AT_SENSOR
     left_out.add("not_finite", name, int(np.count_nonzero(~finite)))
     left_out.add("no_return", name, int(np.count_nonzero(finite & ~away)))
     used = finite & away

@@ -82,6 +82,8 @@ def open_inputs(
     for path, kind in zip(paths, kinds):
         if kind == _BAG:
             bag = _bag(path, options, frame, poses, static, left_out)
+            given = [pose.matrix for pose in poses or ()]
+            bag.identity = np.array(given, np.float64).tobytes()
             frame = frame or bag.frame
             sources.append(bag)
         elif kind == _MAP:
@@ -91,6 +93,8 @@ def open_inputs(
         else:
             sensor = None if options.sensor is None else np.array(options.sensor, np.float64)
             sources.append(CloudFiles(path, files[path], by_cloud[path], sensor, left_out))
+            given = [pose.matrix for pose in by_cloud[path] if pose is not None]
+            sources[-1].identity = np.array(given, np.float64).tobytes()
     if options.poses is not None and not files and _BAG not in kinds:
         notes.append("--poses is not used: the scans of map files have their own")
     if options.sensor is None:

@@ -31,6 +31,7 @@ class ScanSource:
         notes: what else is to be said, once.
         options: with which it was opened, what json can write (see InputOptions.stored).
         part: how much has been read, from 0 to 1.
+        identity: what makes its scans what they are, beside its files: poses of other files.
     """
 
     kind = ""
@@ -40,6 +41,7 @@ class ScanSource:
         self.notes: List[str] = []
         self.options: Dict[str, Any] = {}
         self.part = 0.0
+        self.identity = b""
 
     def files(self) -> List[str]:
         """The files that it is made of, in their order."""
@@ -57,15 +59,18 @@ class ScanSource:
         raise NotImplementedError
 
 
-def fingerprint(files: List[str], is_ended: Callable[[], bool] = lambda: False) -> str:
+def fingerprint(
+    files: List[str], is_ended: Callable[[], bool] = lambda: False, identity: bytes = b""
+) -> str:
     """32 hexadecimal digits of what is in some files, in their order (BLAKE2b).
 
     Args:
+        identity: of the source.
         is_ended: asked now and then; true gives up, and returns "".
     Raises:
         MapFileError: a file that cannot be read.
     """
-    hasher = hashlib.blake2b(digest_size=16)
+    hasher = hashlib.blake2b(identity, digest_size=16)
     for path in files:
         hasher.update(b"%d;" % file_bytes([path]))
         try:
