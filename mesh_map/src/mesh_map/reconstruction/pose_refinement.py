@@ -71,7 +71,9 @@ class RefinedPoses(NamedTuple):
     def line(self) -> str:
         """For people."""
         if not self.is_better:
-            text = "poses stay as given: scans fit each other to %.3f m, with refined poses to %.3f m"
+            text = (
+                "poses stay as given: scans fit each other to %.3f m, with refined poses to %.3f m"
+            )
             return text % self.errors
         text = "poses refined: moved by %.3f m (root mean square), %.3f m at most; %s closed"
         line = text % (*self.moved, quantity(self.loops, "loops"))
@@ -83,7 +85,11 @@ class RefinedPoses(NamedTuple):
 
     def counts(self) -> Dict[str, Any]:
         """What json can write, without the poses."""
-        values: Dict[str, Any] = {"key_scans": self.key_scans, "loops": self.loops, "lost": self.lost}
+        values: Dict[str, Any] = {
+            "key_scans": self.key_scans,
+            "loops": self.loops,
+            "lost": self.lost,
+        }
         values.update(is_better=self.is_better, error_given=self.errors[0])
         values.update(error_refined=self.errors[1])
         return {**values, "moved_rms": self.moved[0], "moved_most": self.moved[1]}

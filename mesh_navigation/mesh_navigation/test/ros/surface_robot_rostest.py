@@ -300,6 +300,8 @@ class SurfaceRobotTest(unittest.TestCase):
         wait_until(long_enough, "clouds of a drive")
         recorder.send_signal(signal.SIGINT)
         self.assertEqual(recorder.wait(30), 0)
+        # What it had started may still close the bag.
+        wait_until(lambda: os.path.exists(path), "the closed bag")
         heard = collections.defaultdict(list)
         with rosbag.Bag(path) as bag:
             for topic, message, _ in bag.read_messages():
