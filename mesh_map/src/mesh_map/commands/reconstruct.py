@@ -288,7 +288,9 @@ class _Work:
             groups[-1][1].append(record.path)
         known = {record.path for record in records}
         if records and arguments.poses and known.issuperset(named):
-            self.notes.append("--poses is not used: the inputs are those of before, with their poses")
+            self.notes.append(
+                "--poses is not used: the inputs are those of before, with their poses"
+            )
         new = InputOptions(arguments.topics, "", arguments.clock, arguments.poses, arguments.sensor)
         groups.append((new, [path for path in named if path not in known]))
         wanted = {*named, *(record.path for record in records if not record.complete)}

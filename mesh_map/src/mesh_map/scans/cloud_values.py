@@ -18,6 +18,7 @@ ORIGINS = "origins"  # (3,) numbers: where the sensor was, as maps of ours keep 
 # m; what has been moved into another frame and back is not exactly 0 any more.
 _AT_SENSOR = 1e-3
 
+
 @dataclass(frozen=True)
 class CloudValues:
     """The points of a cloud.
