@@ -249,7 +249,10 @@ class ReconstructionSession:
                     return known
             again = [known for known in self._known if known.path == source.path]
             if again:
-                text = "%s is not the file of which %d scans are in the map: its bytes, or its poses, differ"
+                text = (
+                    "%s is not the file of which %d scans are in the map: its bytes, or its poses,"
+                    " differ"
+                )
                 hint = "give it another name if its scans are to be added, too, or begin anew"
                 raise MeshMapError(text % (source.path, again[0].scans), hint)
         self.records.append(record)
