@@ -417,6 +417,10 @@ void SignedDistanceField::addRays(std::vector<Ray>& rays, const std::vector<Poin
       sorted[place[numbers[at++]]++] = one.ray;
     }
   }
+  // The longest work first, so that no thread is left alone with it.
+  std::sort(touched.begin(), touched.end(), [&offsets](std::uint32_t a, std::uint32_t b) {
+    return offsets[a + 1] - offsets[a] > offsets[b + 1] - offsets[b];
+  });
   run.each(touched.size(), 1, 0.0, [&](std::size_t i) {
     const std::uint32_t number = touched[i];
     auto& block = blocks_.blocks[number];

@@ -15,7 +15,7 @@ constexpr float FEWEST = 5;         // points; fewer say nothing
 constexpr float GROWN = 1.125f;     // more points than before by which a normal is computed anew
 constexpr double ROUGHNESS = 10.0;  // 1 / of the ratio of variances at which nothing is flat
 constexpr double SMALLEST = 0.04;   // variance along the surface in cells^2 from which it counts
-constexpr std::size_t CHUNK = 256;  // cells that a thread takes at a time
+constexpr std::size_t CHUNK = 32;   // cells that a thread takes at a time
 
 /// The eigenvector of the least eigenvalue of a symmetric matrix (xx, xy, xz, yy, yz, zz), and the
 /// eigenvalues in ascending order: O. Smith, Eigenvalues of a symmetric 3 x 3 matrix (1961); the
