@@ -1,7 +1,7 @@
 """Poses of scans made better by the scans themselves: each is laid onto the surface of those before
 it, and where a place is seen again, the error of the loop is spread over a pose graph."""
 
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -51,9 +51,9 @@ class RefinedPoses(NamedTuple):
         loops: how many times a place was recognized.
         lost: key scans that lay on nothing before them; they keep the given motion.
         moved: (2,) m: by how much poses were moved, the root of the mean square, and the most.
-        errors: (2,) m: how far points are from the surface of scans near theirs, in the mean, with
-            the given and with the refined poses. Where these are not clearly better, the given
-            ones are the result.
+        errors: (2,) m: how far points are from the surface of other scans, in the mean (30 cm where
+            there is none), with the given and with the refined poses. Where these are not clearly
+            better, the given ones are the result.
     """
 
     poses: List[np.ndarray]
@@ -235,7 +235,7 @@ class _Refinement:
         # Registrations err by centimeters where scans are sparse: poses that are better stay.
         refined = self._poses
         given = [self.given[key.number] for key in self._keys]
-        errors = self._disagreement(given), self._disagreement(refined)
+        errors = self._disagreement(given, list(loops)), self._disagreement(refined, list(loops))
         is_better = errors[1] < _BETTER * errors[0]
         poses = self._all_poses() if is_better else [pose.copy() for pose in self.given]
         shifts = [np.linalg.norm(a[:3, 3] - b[:3, 3]) for a, b in zip(poses, self.given)]
@@ -243,18 +243,25 @@ class _Refinement:
         mean = float(np.sqrt(np.mean(np.square(shifts)))) if shifts else 0.0
         return RefinedPoses(poses, len(self._keys), len(loops), self._lost, (mean, most), errors)
 
-    def _disagreement(self, poses: List[np.ndarray]) -> float:
-        """m: how far points of key scans are from the surface of those near them, in the mean; no
-        more than _ELSEWHERE of each."""
+    def _disagreement(self, poses: List[np.ndarray], loops: Sequence[Tuple[int, int]]) -> float:
+        """m: how far points of key scans are from the surface of others, in the mean; no more than
+        _ELSEWHERE of each. Others are those to which loops were closed, which alone tell of drift;
+        without loops, those nearby.
+        """
         places = np.array([pose[:3, 3] for pose in poses]).reshape(-1, 3)
+        compared: List[Tuple[int, List[int]]] = []
+        for early, late in sorted(loops):
+            low, high = max(0, early - _ROUND), min(len(poses), early + _ROUND + 1)
+            compared.append((late, list(range(low, high))))
+        for number in range(0 if loops else len(poses)):
+            apart = np.linalg.norm(places - places[number], axis=1)
+            near = [k for k in np.argsort(apart, kind="stable").tolist() if k != number]
+            compared.append((number, [k for k in near[:_AROUND] if apart[k] < _LOOP_RADIUS]))
         before, self._poses = self._poses, poses
         sums = np.zeros(2)
         try:
-            for number in range(0, len(poses), 1 + len(poses) // _COMPARED):
-                apart = np.linalg.norm(places - places[number], axis=1)
-                near = [k for k in np.argsort(apart, kind="stable").tolist() if k != number]
-                near = [k for k in near[:_AROUND] if apart[k] < _LOOP_RADIUS]
-                target = self._surface(near, number) if near else None
+            for number, others in compared[:: 1 + len(compared) // _COMPARED]:
+                target = self._surface(others, number) if others else None
                 if target is not None:
                     key = self._keys[number]
                     hits = target.index.closest_batch(
