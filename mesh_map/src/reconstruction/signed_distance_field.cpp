@@ -317,9 +317,11 @@ void SignedDistanceField::aim(Ray& ray, const PointNormal& normal) const
   // A beam that grazes a surface lights a long spot on it, and tells less of its distance; on the
   // other hand the error of its range moves the point along the surface.
   ray.weight *= std::sqrt(cosine);
-  const float reach = std::min(truncation, length);
-  ray.front = along(ray.point, -reach, way);
-  ray.back = along(ray.point, truncation, way);
+  // Where a ray grazes the ground, what it tells of that reaches farther: less of the ground
+  // between the rings of a lidar stays open.
+  const float reach = std::min(truncation / cosine, 2 * truncation);
+  ray.front = along(ray.point, -std::min(reach, length), way);
+  ray.back = along(ray.point, reach, way);
   ray.outside = ray.inside = ray.point;
   if (cosine < STEEP_COSINE) {
     ray.outside = along(ray.point, truncation, ray.normal);
