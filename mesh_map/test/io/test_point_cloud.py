@@ -98,6 +98,7 @@ def test_what_is_no_cloud_is_refused():
     refused(field(2, "offset", 9), "field z of the cloud is at byte 9 of points of 12 bytes")
     refused(field(2, "datatype", FLOAT64), "field z .* byte 8 of points of 12 bytes")
     refused(attribute("point_step", 0), "field x .* of 0 bytes")
+    refused(attribute("point_step", 1 << 31), "but a point of it has 2147483648")
     refused(attribute("data", b"123"), "has 3 bytes for 1 x 6 points, which need 72")
     refused(attribute("width", 2**32 - 1), "which need 51539607540")
     refused(attribute("row_step", 23), "rows of 23 bytes hold no 2 points", width=2)

@@ -7,6 +7,7 @@ import numpy as np
 _FLOATS = {7: "f4", 8: "f8"}  # PointField.FLOAT32, FLOAT64
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", **_FLOATS}
 _MAX_FIELDS = 1000
+_LARGEST_STEP = (1 << 31) - 1  # bytes
 _MAX_COUNT = 1 << 16
 
 
@@ -71,7 +72,7 @@ def cloud_rows(message: Any) -> np.ndarray:
 def _position_dtype(message: Any) -> np.dtype:
     """Of x, y and z in a point."""
     step = int(message.point_step)
-    if step > len(message.data):
+    if step > max(len(message.data), _LARGEST_STEP):  # no dtype can be as large
         raise PointCloudError(
             "the cloud has %d bytes, but a point of it has %d" % (len(message.data), step)
         )
