@@ -86,6 +86,17 @@ def test_a_plane_is_found_where_it_is_and_faces_the_sensor(tilt):
     assert (surface.observations[inner] > 0).all()
 
 
+@pytest.mark.parametrize("noise", [0.06, 0.08])
+def test_noise_moves_a_surface_to_neither_side(noise):
+    random = np.random.default_rng(0)
+    points = random.uniform(-2, 2, (80000, 3))
+    points[:, 2] = noise * random.standard_normal(80000)
+    surface = field_of([(points, points + [0.3, 0, 3])]).extract(least_weight=0.5)
+    inner = np.abs(surface.vertices) < [1.5, 1.5, 0.15]  # m; without specks beside the surface
+    heights = surface.vertices[inner.all(axis=1), 2]
+    assert len(heights) > 800 and abs(heights.mean()) < 0.002
+
+
 def test_a_sphere_is_one_closed_surface():
     surface = field_of([scanned_sphere(count=60000, noise=0.01)]).extract()
     check_manifold(surface.faces)
