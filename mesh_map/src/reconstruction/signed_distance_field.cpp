@@ -40,8 +40,8 @@ Vector3f along(const Vector3f& a, float t, const Vector3f& b)
 }
 
 /// Calls visit(cell) for the cells of a grid of size 1 that a straight line from a to b passes
-/// within the box from low on, as long as it returns true (J. Amanatides and A. Woo: A Fast Voxel
-/// Traversal Algorithm for Ray Tracing, 1987).
+/// within the box from low to below high (J. Amanatides and A. Woo: A Fast Voxel Traversal
+/// Algorithm for Ray Tracing, 1987).
 template <class Visit>
 void visitCells(const Vector3f& a, const Vector3f& b, const std::array<std::int32_t, 3>& low,
                 const std::array<std::int32_t, 3>& high, const Visit& visit)
