@@ -12,10 +12,11 @@ import word_rules
 
 # Which of our packages (and which outside ones that matter) a package's Python must not import.
 NEVER_IMPORTED = {
-    "mesh_msgs": ("h5py", "mesh_msgs_hdf5", "mesh_map", "mesh_navigation"),
-    "mesh_msgs_hdf5": ("mesh_map", "mesh_navigation"),
-    "mesh_map": ("h5py", "mesh_navigation", "rviz"),
-    "mesh_navigation": ("h5py", "rviz"),
+    "mesh_msgs": ("h5py", "mesh_msgs_hdf5", "mesh_map", "mesh_navigation", "mesh_localization"),
+    "mesh_msgs_hdf5": ("mesh_map", "mesh_navigation", "mesh_localization"),
+    "mesh_map": ("h5py", "mesh_navigation", "mesh_localization", "rviz"),
+    "mesh_localization": ("h5py", "mesh_navigation", "rviz"),
+    "mesh_navigation": ("h5py", "mesh_localization", "rviz"),
     "mbf_mesh_nav": ("h5py", "rviz", "mesh_map"),
 }
 ROS_AT_THE_RIM = (

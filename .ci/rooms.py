@@ -45,6 +45,12 @@ CPP = {
 PYTHON = {
     "example_mesh_layer": [{""}],
     "example_mesh_navigation": [{""}],
+    "mesh_localization": [
+        {"ros"},
+        {"relocalization"},
+        {"tracking"},
+        {""},
+    ],
     "mesh_map": [
         {"commands", "ros"},
         {"io", "layers", "reconstruction"},

@@ -15,7 +15,7 @@ def world():
 
 @pytest.fixture(scope="module")
 def target(world):
-    return PlaneTarget(world.vertices, world.faces)
+    return PlaneTarget.of(world.vertices, world.faces)
 
 
 def scan_at(target, world, seed, noise=0.0):
@@ -61,7 +61,7 @@ def test_where_the_surface_does_not_tell_nothing_is_moved():
     faces = np.concatenate(
         [np.c_[corner, corner + 1, corner + 42], np.c_[corner, corner + 42, corner + 41]]
     )
-    plane = PlaneTarget(vertices, faces)
+    plane = PlaneTarget.of(vertices, faces)
     random = np.random.default_rng(0)
     points = np.c_[random.uniform(-3, 3, (2000, 2)), np.full(2000, -1.0)]
     guess = motion([0.3, -0.2, 1.2, 0.02, -0.01, 0.4])

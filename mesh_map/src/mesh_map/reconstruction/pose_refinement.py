@@ -196,7 +196,7 @@ class _Refinement:
             key = self._keys[number]
             field.integrate(moved(pose, key.points), moved(pose, key.origins), cancel=self._cancel)
         surface = field.extract(least_weight=0.1, cancel=self._cancel)
-        return PlaneTarget(surface.vertices, surface.faces) if len(surface.faces) else None
+        return PlaneTarget.of(surface.vertices, surface.faces) if len(surface.faces) else None
 
     def _registered(
         self,

@@ -8,7 +8,7 @@ from typing import Dict, Iterator, List
 from mesh_tools_test.reference.markdown import block, page
 from mesh_tools_test.reference.readme_tables import Table, tables_of
 
-PACKAGES = ("mesh_msgs", "mesh_msgs_hdf5", "mesh_map", "mesh_navigation")
+PACKAGES = ("mesh_msgs", "mesh_msgs_hdf5", "mesh_map", "mesh_navigation", "mesh_localization")
 _NAME = re.compile(r"(?<![\w./:])(?:%s)(?:\.\w+)+" % "|".join(PACKAGES))
 _IMPORT = re.compile(r"^\s*from ([\w.]+) import ([\w, ]+)$", re.MULTILINE)
 _OPTIONS = "   :members:\n   :show-inheritance:\n   :member-order: bysource\n"

@@ -3,7 +3,14 @@
 from pathlib import Path
 from typing import Dict, Iterator, Tuple
 
-PACKAGES = ("mesh_msgs", "mesh_msgs_hdf5", "mesh_map", "mesh_navigation", "rviz_mesh_plugin")
+PACKAGES = (
+    "mesh_msgs",
+    "mesh_msgs_hdf5",
+    "mesh_map",
+    "mesh_navigation",
+    "mesh_localization",
+    "rviz_mesh_plugin",
+)
 HARNESS = "test/osmesa_harness"
 ROOMS = ("include", "nodes", "scripts", "src")
 # Worlds for tests and demos, what tests share, and programs of those who build the packages.

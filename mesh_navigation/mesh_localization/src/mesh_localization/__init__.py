@@ -1,0 +1,1 @@
+"""Where a robot is on a mesh: scans laid onto the map, and whether the answer can be trusted."""

@@ -1,0 +1,1 @@
+"""A robot followed from scan to scan; nothing of ROS."""

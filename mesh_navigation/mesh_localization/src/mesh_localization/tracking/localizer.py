@@ -1,0 +1,353 @@
+"""A robot followed over a map, from scan to scan."""
+
+import math
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Optional, Tuple
+
+import numpy as np
+from mesh_map.registration.point_to_plane import RAYS, PlaneTarget, Registration
+from mesh_map.registration.rigid import inverse, numbers_of
+
+from mesh_localization.tracking.odometry_model import OdometryModel, OdometryMotion
+from mesh_localization.tracking.ray_fates import RayFate, RayFates, ray_fates
+
+_RANGE_NOISE = 0.01  # m, the least deviation of a distance
+_CORRELATED = 50.0  # rays that err together: neighbors meet the same error of the map
+_FLOOR = np.array([1e-3, 1e-3, 1e-3, 2e-4, 2e-4, 2e-4])  # m and rad that one scan cannot be below
+_REACH = 3.0  # deviations within which the surface is looked for
+_LEAST_REACH, _MOST_REACH = 0.3, 2.0  # m
+_NEAREST = 0.1  # m within which points count in the end
+_GATE = 5.0  # deviations that a scan may be off the odometry
+_ARM = 5.0  # m at which the uncertain heading of a pose moves points
+_AGREED = 0.1, 0.03  # m and rad, that poses of scans which agree are apart
+_UNSURE = np.diag(np.square([0.5, 0.5, 0.3, 0.1, 0.1, 0.2]))  # of who is lost
+
+
+class TrackingState(IntEnum):
+    """How well the robot knows where it is; as in mesh_msgs/LocalizationState."""
+
+    LOST = 0
+    UNCERTAIN = 1
+    OK = 2
+
+
+@dataclass(frozen=True)
+class TrackingOptions:
+    """When a pose is believed.
+
+    Attributes:
+        odometry: what odometry is off.
+        tolerance: m from the surface, up to which the map explains a point.
+        ok_share: of the rays that meet the map, how many have to end on it for the state ok.
+        lost_share: below it the robot is lost.
+        least_share: of all rays, how many the map has to explain; with fewer the view is hidden.
+        least_rays: the same, their number.
+        confirmations: scans one after the other that have to agree before a pose is believed.
+        lost_scans: scans one after the other below `lost_share` until the robot is lost.
+        ok_deviation, lost_deviation: (m, rad), standard deviations in the worst direction from
+            which on the state is uncertain, and lost.
+        silence: s without a scan until it is uncertain; lost_silence: until it is lost.
+    """
+
+    odometry: OdometryModel = field(default_factory=OdometryModel)
+    tolerance: float = 0.1
+    ok_share: float = 0.8
+    lost_share: float = 0.6
+    least_share: float = 0.1
+    least_rays: int = 40
+    confirmations: int = 3
+    lost_scans: int = 2
+    ok_deviation: Tuple[float, float] = (0.5, 0.2)
+    lost_deviation: Tuple[float, float] = (2.0, 0.7)
+    silence: float = 0.5
+    lost_silence: float = 2.0
+
+
+@dataclass(frozen=True)
+class BaseScan:
+    """Points of one scan in the frame of the robot's base at one moment.
+
+    Attributes:
+        points: (N, 3) m.
+        origins: (N, 3) or (3,) m, where the sensor was.
+        time: s.
+    """
+
+    points: np.ndarray
+    origins: np.ndarray
+    time: float
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What is known after a scan.
+
+    Attributes:
+        pose: (4, 4) of the base in the map.
+        covariance: (6, 6) of it in the frame of the base: m, then rad.
+        correction: (4, 4), the odometry's frame in the map.
+        state, reason: whether to believe it; the reason is for people, empty where the state is ok.
+        fates: of the rays at this pose; None without a scan.
+        time: s of the scan.
+        told: in how many of the six directions the scan told where the robot is.
+    """
+
+    pose: np.ndarray
+    covariance: np.ndarray
+    correction: np.ndarray
+    state: TrackingState
+    reason: str
+    fates: Optional[RayFates]
+    time: float
+    told: int = 0
+
+    @property
+    def deviations(self) -> Tuple[float, float]:
+        """(m, rad), standard deviations in the worst direction."""
+        return deviations_of(self.covariance)
+
+
+def deviations_of(covariance: np.ndarray) -> Tuple[float, float]:
+    """(m, rad): standard deviations of a pose (6, 6) in the worst direction."""
+    values = [np.linalg.eigvalsh(covariance[i : i + 3, i : i + 3])[-1] for i in (0, 3)]
+    return math.sqrt(max(values[0], 0.0)), math.sqrt(max(values[1], 0.0))
+
+
+class _Match:
+    """A scan laid onto the map, and how well it fits there."""
+
+    def __init__(
+        self, found: Optional[Registration], fates: RayFates, predicted: np.ndarray
+    ) -> None:
+        self.found, self.fates = found, fates
+        self.off = np.zeros(6) if found is None else numbers_of(inverse(predicted) @ found.pose)
+
+
+class Localizer:
+    """Follows one robot over one map. It belongs to one thread at a time.
+
+    Each scan is laid onto the map where odometry says that the robot is, by point-to-plane
+    registration of its rays, with odometry as the prior. A scan that lies elsewhere than odometry
+    allows is not believed until others agree.
+    """
+
+    def __init__(self, target: PlaneTarget, options: TrackingOptions = TrackingOptions()) -> None:
+        """
+        Args:
+            target: the map.
+            options: when a pose is believed.
+        """
+        self.target, self.options = target, options
+        self._pose: Optional[np.ndarray] = None  # at the last scan that was believed, or put
+        self._covariance = np.zeros((6, 6))
+        self._motion = OdometryMotion(np.eye(4))  # since then
+        self._good = self._bad = 0
+        self._agreed: list = (
+            []
+        )  # corrections of scans that agree with each other, not with odometry
+        self._state, self._reason = TrackingState.LOST, "it has not been told where it is"
+        self._scanned = -math.inf
+
+    @property
+    def state(self) -> TrackingState:
+        """That of the last estimate."""
+        return self._state
+
+    def put(
+        self, pose: np.ndarray, covariance: np.ndarray, odometry: np.ndarray, time: float
+    ) -> None:
+        """Begin at a pose that somebody tells.
+
+        Args:
+            pose: (4, 4) of the base in the map.
+            covariance: (6, 6) of it in the frame of the base; 0 is taken for a millimeter.
+            odometry: (4, 4) of the base in the frame of the odometry, at the same time.
+            time: s.
+        """
+        self._pose, self._covariance = pose, covariance + np.diag(_FLOOR**2)
+        self._motion = OdometryMotion(odometry)
+        self._good = self._bad = 0
+        self._agreed = []
+        self._state, self._reason = (
+            TrackingState.UNCERTAIN,
+            "no scan has confirmed the pose it was told",
+        )
+        self._scanned = time
+
+    def move(self, odometry: np.ndarray) -> None:
+        """Where the base is now in the frame of the odometry, (4, 4)."""
+        self._motion.add(odometry)
+
+    def predicted(self) -> Optional[np.ndarray]:
+        """(4, 4) of the base in the map by odometry; None before it was put anywhere."""
+        return None if self._pose is None else self._pose @ self._motion.step
+
+    def estimate(self, time: float) -> Optional[Estimate]:
+        """What is known now, without a new scan; None before it was put anywhere."""
+        predicted = self.predicted()
+        if predicted is None:
+            return None
+        covariance = self._motion.grown(self._covariance, self.options.odometry)
+        self._judge_silence(covariance, time - self._scanned)
+        return self._told(predicted, covariance, None, time)
+
+    def add(self, scan: BaseScan) -> Optional[Estimate]:
+        """Lay a scan onto the map; `move` has told where odometry says that it was made.
+
+        Returns:
+            None before the robot was put anywhere.
+        """
+        predicted = self.predicted()
+        if predicted is None:
+            return None
+        covariance = self._motion.grown(self._covariance, self.options.odometry)
+        if self._state == TrackingState.LOST:
+            covariance = covariance + _UNSURE
+        match = self._matched(scan, predicted, covariance, True)
+        believed = self._is_good(match) and self._is_allowed(match, covariance)
+        if not believed:
+            match = self._agreeing(scan, predicted, covariance, match)
+            believed = match.found is not None and not self._agreed and self._is_good(match)
+        self._scanned = scan.time
+        if believed:
+            assert match.found is not None
+            pose = match.found.pose
+            covariance = _posterior(match.found, covariance)
+            self._pose, self._covariance = pose, covariance
+            self._motion = OdometryMotion(self._motion.newest)
+        else:
+            pose = predicted
+            if match.found is not None:
+                match = _Match(None, self._fates(scan, pose), predicted)
+        self._judge(match, covariance, believed)
+        told = match.found.told if believed and match.found is not None else 0
+        return self._told(pose, covariance, match.fates, scan.time, told)
+
+    def _matched(
+        self, scan: BaseScan, predicted: np.ndarray, covariance: np.ndarray, with_prior: bool
+    ) -> _Match:
+        position, rotation = deviations_of(covariance)
+        reach = _REACH * (position + _ARM * rotation)
+        prior = None
+        if with_prior:
+            prior = np.linalg.inv(covariance) * _RANGE_NOISE**2 * _CORRELATED
+        found = self.target.register(
+            scan.points,
+            predicted,
+            origins=scan.origins,
+            prior=prior,
+            matching=RAYS,
+            max_distance=min(max(_LEAST_REACH, reach), _MOST_REACH),
+            min_distance=_NEAREST,
+        )
+        pose = predicted if found is None else found.pose
+        return _Match(found, self._fates(scan, pose), predicted)
+
+    def _fates(self, scan: BaseScan, pose: np.ndarray) -> RayFates:
+        return ray_fates(self.target, scan.points, scan.origins, pose, self.options.tolerance)
+
+    def _is_good(self, match: _Match) -> bool:
+        options, fates = self.options, match.fates
+        return (
+            match.found is not None
+            and fates.share >= options.ok_share
+            and not self._is_hidden(fates)
+        )
+
+    def _is_hidden(self, fates: RayFates) -> bool:
+        options, explained = self.options, fates.count(RayFate.EXPLAINED)
+        return explained < max(options.least_rays, options.least_share * len(fates.fates))
+
+    @staticmethod
+    def _is_allowed(match: _Match, covariance: np.ndarray) -> bool:
+        """Whether odometry may be so much off."""
+        return bool(match.off @ np.linalg.solve(covariance, match.off) <= _GATE**2)
+
+    def _agreeing(
+        self, scan: BaseScan, predicted: np.ndarray, covariance: np.ndarray, match: _Match
+    ) -> _Match:
+        """The scan where it fits without odometry. Once so many of them in turn have agreed, it is
+        to be believed, and none are waited for any longer."""
+        free = self._matched(scan, predicted, covariance + _UNSURE, False)
+        if not self._is_good(free) or free.found is None or free.found.told < 3:
+            self._agreed = []
+            return _Match(None, match.fates, predicted)
+        correction = free.found.pose @ inverse(self._motion.newest)
+        if self._agreed:
+            apart = numbers_of(inverse(self._agreed[-1] @ self._motion.newest) @ free.found.pose)
+            if np.linalg.norm(apart[:3]) > _AGREED[0] or np.linalg.norm(apart[3:]) > _AGREED[1]:
+                self._agreed = []
+        self._agreed.append(correction)
+        if len(self._agreed) >= self.options.confirmations:
+            self._agreed = []
+        return free
+
+    def _judge(self, match: _Match, covariance: np.ndarray, believed: bool) -> None:
+        """The state after a scan."""
+        options, fates = self.options, match.fates
+        self._good = self._good + 1 if believed else 0
+        hidden = self._is_hidden(fates)
+        self._bad = self._bad + 1 if fates.share < options.lost_share and not hidden else 0
+        if not hidden and believed:
+            self._bad = 0
+        through = "%.0f %% of the rays that meet the map go through it" % (100 - 100 * fates.share)
+        if self._good >= options.confirmations:
+            self._state, self._reason = TrackingState.OK, ""
+        elif self._bad >= options.lost_scans:
+            self._state, self._reason = TrackingState.LOST, through
+        elif self._state != TrackingState.LOST or believed:
+            self._state = TrackingState.UNCERTAIN
+            if believed:
+                text = "%d of %d scans have confirmed the pose"
+                self._reason = text % (self._good, options.confirmations)
+            elif hidden:
+                text = "the map explains %d of %d rays: the view is hidden, or it is another map"
+                self._reason = text % (fates.count(RayFate.EXPLAINED), len(fates.fates))
+            elif self._agreed:
+                self._reason = "scans fit the map elsewhere than odometry allows"
+            else:
+                self._reason = through
+        elif not self._reason:
+            self._reason = through
+        self._judge_deviations(covariance)
+
+    def _judge_silence(self, covariance: np.ndarray, silence: float) -> None:
+        options = self.options
+        if silence > options.silence:
+            self._good = 0
+            lost = silence > options.lost_silence
+            state = min(self._state, TrackingState.LOST if lost else TrackingState.UNCERTAIN)
+            if state < self._state or lost:
+                self._reason = "no scan could be used for %.1f s" % silence
+            self._state = TrackingState(state)
+        self._judge_deviations(covariance)
+
+    def _judge_deviations(self, covariance: np.ndarray) -> None:
+        options, found = self.options, deviations_of(covariance)
+        text = "the pose is sure to %.2f m and %.2f rad only" % found
+        limits = (
+            (TrackingState.LOST, options.lost_deviation),
+            (TrackingState.UNCERTAIN, options.ok_deviation),
+        )
+        for state, most in limits:
+            if self._state > state and (found[0] > most[0] or found[1] > most[1]):
+                self._state, self._reason = state, text
+
+    def _told(
+        self,
+        pose: np.ndarray,
+        covariance: np.ndarray,
+        fates: Optional[RayFates],
+        time: float,
+        told: int = 0,
+    ) -> Estimate:
+        correction = pose @ inverse(self._motion.newest)
+        return Estimate(pose, covariance, correction, self._state, self._reason, fates, time, told)
+
+
+def _posterior(found: Registration, covariance: np.ndarray) -> np.ndarray:
+    """(6, 6) in the frame of the pose that was found."""
+    variance = max(found.residual, _RANGE_NOISE) ** 2 * _CORRELATED
+    known = np.linalg.inv(np.linalg.inv(covariance) + found.information / variance)
+    return known + np.diag(_FLOOR**2)

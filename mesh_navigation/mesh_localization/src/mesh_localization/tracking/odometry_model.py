@@ -1,0 +1,76 @@
+"""How sure a pose still is after the robot has moved by its odometry."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from mesh_map.registration.rigid import adjoint, inverse
+
+
+@dataclass(frozen=True)
+class OdometryModel:
+    """What odometry is off, as a share of the motion.
+
+    The four alphas mean what those of amcl do (S. Thrun, W. Burgard and D. Fox: Probabilistic
+    Robotics, 2005, chapter 5.4): shares of squares. Errors of one drive are alike, so that
+    deviations grow with the distance, not with its root.
+
+    Attributes:
+        rotation_by_rotation: odom_alpha1, rad^2 of each rad^2 turned.
+        rotation_by_translation: odom_alpha2, rad^2 of each m^2 driven.
+        translation_by_translation: odom_alpha3, m^2 of each m^2 driven.
+        translation_by_rotation: odom_alpha4, m^2 of each rad^2 turned.
+    """
+
+    rotation_by_rotation: float = 0.0025
+    rotation_by_translation: float = 0.0004
+    translation_by_translation: float = 0.0025
+    translation_by_rotation: float = 0.0004
+
+    def variances(self, driven: float, turned: float) -> np.ndarray:
+        """(6,) m^2 and rad^2 by which a pose is less sure after so many m and rad."""
+        translation = self.translation_by_translation * driven**2
+        translation += self.translation_by_rotation * turned**2
+        rotation = self.rotation_by_rotation * turned**2
+        rotation += self.rotation_by_translation * driven**2
+        return np.repeat([translation, rotation], 3)
+
+
+class OdometryMotion:
+    """The motion since a moment, by odometry.
+
+    Attributes:
+        step: (4, 4) of the robot now in the frame of the robot then.
+        driven, turned: m and rad on the way, back and forth.
+    """
+
+    def __init__(self, odometry: np.ndarray) -> None:
+        """
+        Args:
+            odometry: (4, 4), the robot in the frame of the odometry then.
+        """
+        self.first = self.newest = odometry
+        self.driven = self.turned = 0.0
+
+    @property
+    def step(self) -> np.ndarray:
+        return inverse(self.first) @ self.newest
+
+    def add(self, odometry: np.ndarray) -> None:
+        """Where the robot is now, (4, 4)."""
+        step = inverse(self.newest) @ odometry
+        self.newest = odometry
+        self.driven += float(np.linalg.norm(step[:3, 3]))
+        self.turned += turn_of(step)
+
+    def grown(self, covariance: np.ndarray, model: OdometryModel) -> np.ndarray:
+        """(6, 6) of the pose now, of (6, 6) then; each in the frame of the robot."""
+        moved = adjoint(inverse(self.step))
+        return moved @ covariance @ moved.T + np.diag(model.variances(self.driven, self.turned))
+
+
+def turn_of(pose: np.ndarray) -> float:
+    """rad by which a pose (4, 4) is turned."""
+    sine = pose[:3, :3] - pose[:3, :3].T
+    length = math.sqrt(sine[2, 1] ** 2 + sine[0, 2] ** 2 + sine[1, 0] ** 2) / 2
+    return math.atan2(length, (float(np.trace(pose[:3, :3])) - 1) / 2)
