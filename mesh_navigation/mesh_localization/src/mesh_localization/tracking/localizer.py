@@ -20,6 +20,9 @@ _LEAST_REACH, _MOST_REACH = 0.3, 2.0  # m
 _NEAREST = 0.1  # m within which points count in the end
 _GATE = 5.0  # deviations that a scan may be off the odometry
 _ARM = 5.0  # m at which the uncertain heading of a pose moves points
+_SCATTER = 5.0  # times the usual residual, that a point may be off the surface
+_LEAST_TOLERANCE = 0.04  # m
+_LEARNED = 0.02  # by each scan, of the usual residual
 _AGREED = 0.1, 0.03  # m and rad, that poses of scans which agree are apart
 _UNSURE = np.diag(np.square([0.5, 0.5, 0.3, 0.1, 0.1, 0.2]))  # of who is lost
 
@@ -38,8 +41,12 @@ class TrackingOptions:
 
     Attributes:
         odometry: what odometry is off.
-        tolerance: m from the surface, up to which the map explains a point.
-        ok_share: of the rays that meet the map, how many have to end on it for the state ok.
+        tolerance: m from the surface, up to which the map explains a point; less once the robot
+            is followed and scans scatter less.
+        ok_share: of the rays that meet the map, how many have to end on it while the robot is
+            followed.
+        sure_share: the same, of who was put somewhere, was lost, or is elsewhere than odometry
+            allows: on open ground a wrong place explains nine rays of ten.
         lost_share: below it the robot is lost.
         least_share: of all rays, how many the map has to explain; with fewer the view is hidden.
         least_rays: the same, their number.
@@ -47,19 +54,21 @@ class TrackingOptions:
         lost_scans: scans one after the other below `lost_share` until the robot is lost.
         ok_deviation, lost_deviation: (m, rad), standard deviations in the worst direction from
             which on the state is uncertain, and lost.
-        silence: s without a scan until it is uncertain; lost_silence: until it is lost.
+        silence: s without a scan that was believed until it is uncertain; lost_silence: until it
+            is lost.
     """
 
     odometry: OdometryModel = field(default_factory=OdometryModel)
     tolerance: float = 0.1
-    ok_share: float = 0.8
-    lost_share: float = 0.6
-    least_share: float = 0.1
+    ok_share: float = 0.9
+    sure_share: float = 0.95
+    lost_share: float = 0.75
+    least_share: float = 0.2
     least_rays: int = 40
     confirmations: int = 3
     lost_scans: int = 2
-    ok_deviation: Tuple[float, float] = (0.5, 0.2)
-    lost_deviation: Tuple[float, float] = (2.0, 0.7)
+    ok_deviation: Tuple[float, float] = (0.15, 0.1)
+    lost_deviation: Tuple[float, float] = (3.0, 0.7)
     silence: float = 0.5
     lost_silence: float = 2.0
 
@@ -147,7 +156,9 @@ class Localizer:
             []
         )  # corrections of scans that agree with each other, not with odometry
         self._state, self._reason = TrackingState.LOST, "it has not been told where it is"
-        self._scanned = -math.inf
+        self._followed = False  # from scan to scan, not just put or lost
+        self._believed = -math.inf  # s, the time of the last scan that was
+        self._residual = options.tolerance / _SCATTER  # m, as scans have it that are believed
 
     @property
     def state(self) -> TrackingState:
@@ -173,7 +184,8 @@ class Localizer:
             TrackingState.UNCERTAIN,
             "no scan has confirmed the pose it was told",
         )
-        self._scanned = time
+        self._followed, self._believed = False, time
+        self._residual = self.options.tolerance / _SCATTER
 
     def move(self, odometry: np.ndarray) -> None:
         """Where the base is now in the frame of the odometry, (4, 4)."""
@@ -189,7 +201,8 @@ class Localizer:
         if predicted is None:
             return None
         covariance = self._motion.grown(self._covariance, self.options.odometry)
-        self._judge_silence(covariance, time - self._scanned)
+        self._judge_silence(time - self._believed)
+        self._judge_deviations(covariance)
         return self._told(predicted, covariance, None, time)
 
     def add(self, scan: BaseScan) -> Optional[Estimate]:
@@ -205,22 +218,32 @@ class Localizer:
         if self._state == TrackingState.LOST:
             covariance = covariance + _UNSURE
         match = self._matched(scan, predicted, covariance, True)
-        believed = self._is_good(match) and self._is_allowed(match, covariance)
+        share = self.options.ok_share if self._followed else self.options.sure_share
+        believed = self._is_good(match, share) and self._is_allowed(match, covariance)
         if not believed:
-            match = self._agreeing(scan, predicted, covariance, match)
-            believed = match.found is not None and not self._agreed and self._is_good(match)
-        self._scanned = scan.time
+            free = self._agreed_upon(scan, predicted, covariance)
+            match, believed = free or match, free is not None
+            if self._agreed:  # as wide as what may be true
+                off = numbers_of(inverse(predicted) @ self._agreed[-1] @ self._motion.newest)
+                covariance = covariance + np.outer(off, off)
         if believed:
             assert match.found is not None
+            self._agreed, self._believed = [], scan.time
             pose = match.found.pose
             covariance = _posterior(match.found, covariance)
             self._pose, self._covariance = pose, covariance
-            self._motion = OdometryMotion(self._motion.newest)
+            motion = self._motion
+            before = () if match.found.told == 6 else (motion.driven, motion.turned)
+            self._motion = OdometryMotion(motion.newest, *before)
         else:
             pose = predicted
-            if match.found is not None:
-                match = _Match(None, self._fates(scan, pose), predicted)
-        self._judge(match, covariance, believed)
+        self._judge(match.fates, believed)
+        self._judge_silence(scan.time - self._believed)
+        self._judge_deviations(covariance)
+        if self._state == TrackingState.LOST:
+            self._followed = False
+        elif self._state == TrackingState.OK:
+            self._followed = True
         told = match.found.told if believed and match.found is not None else 0
         return self._told(pose, covariance, match.fates, scan.time, told)
 
@@ -245,15 +268,13 @@ class Localizer:
         return _Match(found, self._fates(scan, pose), predicted)
 
     def _fates(self, scan: BaseScan, pose: np.ndarray) -> RayFates:
-        return ray_fates(self.target, scan.points, scan.origins, pose, self.options.tolerance)
+        most = self.options.tolerance
+        tolerance = min(max(_SCATTER * self._residual, min(_LEAST_TOLERANCE, most)), most)
+        return ray_fates(self.target, scan.points, scan.origins, pose, tolerance)
 
-    def _is_good(self, match: _Match) -> bool:
-        options, fates = self.options, match.fates
-        return (
-            match.found is not None
-            and fates.share >= options.ok_share
-            and not self._is_hidden(fates)
-        )
+    def _is_good(self, match: _Match, share: float) -> bool:
+        fates = match.fates
+        return match.found is not None and fates.share >= share and not self._is_hidden(fates)
 
     def _is_hidden(self, fates: RayFates) -> bool:
         options, explained = self.options, fates.count(RayFate.EXPLAINED)
@@ -264,33 +285,33 @@ class Localizer:
         """Whether odometry may be so much off."""
         return bool(match.off @ np.linalg.solve(covariance, match.off) <= _GATE**2)
 
-    def _agreeing(
-        self, scan: BaseScan, predicted: np.ndarray, covariance: np.ndarray, match: _Match
-    ) -> _Match:
-        """The scan where it fits without odometry. Once so many of them in turn have agreed, it is
-        to be believed, and none are waited for any longer."""
+    def _agreed_upon(
+        self, scan: BaseScan, predicted: np.ndarray, covariance: np.ndarray
+    ) -> Optional[_Match]:
+        """The scan where it fits without odometry, once so many in turn have agreed on it."""
         free = self._matched(scan, predicted, covariance + _UNSURE, False)
-        if not self._is_good(free) or free.found is None or free.found.told < 3:
+        if not self._is_good(free, self.options.sure_share) or free.found.told < 6:
             self._agreed = []
-            return _Match(None, match.fates, predicted)
-        correction = free.found.pose @ inverse(self._motion.newest)
+            return None
         if self._agreed:
-            apart = numbers_of(inverse(self._agreed[-1] @ self._motion.newest) @ free.found.pose)
+            expected = self._agreed[-1] @ self._motion.newest
+            apart = numbers_of(inverse(expected) @ free.found.pose)
             if np.linalg.norm(apart[:3]) > _AGREED[0] or np.linalg.norm(apart[3:]) > _AGREED[1]:
                 self._agreed = []
-        self._agreed.append(correction)
-        if len(self._agreed) >= self.options.confirmations:
-            self._agreed = []
-        return free
+        self._agreed.append(free.found.pose @ inverse(self._motion.newest))
+        return free if len(self._agreed) >= self.options.confirmations else None
 
-    def _judge(self, match: _Match, covariance: np.ndarray, believed: bool) -> None:
+    def _judge(self, fates: RayFates, believed: bool) -> None:
         """The state after a scan."""
-        options, fates = self.options, match.fates
+        options = self.options
         self._good = self._good + 1 if believed else 0
         hidden = self._is_hidden(fates)
-        self._bad = self._bad + 1 if fates.share < options.lost_share and not hidden else 0
-        if not hidden and believed:
-            self._bad = 0
+        bad = fates.share < options.lost_share and not hidden and not believed
+        self._bad = self._bad + 1 if bad else 0
+        if believed:
+            # As a mean of the first scans, then slowly: a wrong place is not learned.
+            rate = max(_LEARNED, 1 / self._good)
+            self._residual += rate * (fates.residual - self._residual)
         through = "%.0f %% of the rays that meet the map go through it" % (100 - 100 * fates.share)
         if self._good >= options.confirmations:
             self._state, self._reason = TrackingState.OK, ""
@@ -308,20 +329,16 @@ class Localizer:
                 self._reason = "scans fit the map elsewhere than odometry allows"
             else:
                 self._reason = through
-        elif not self._reason:
-            self._reason = through
-        self._judge_deviations(covariance)
 
-    def _judge_silence(self, covariance: np.ndarray, silence: float) -> None:
+    def _judge_silence(self, silence: float) -> None:
         options = self.options
-        if silence > options.silence:
-            self._good = 0
-            lost = silence > options.lost_silence
-            state = min(self._state, TrackingState.LOST if lost else TrackingState.UNCERTAIN)
-            if state < self._state or lost:
-                self._reason = "no scan could be used for %.1f s" % silence
-            self._state = TrackingState(state)
-        self._judge_deviations(covariance)
+        if silence > options.lost_silence and self._state != TrackingState.LOST:
+            why = " (%s)" % self._reason if self._reason else ""
+            self._state = TrackingState.LOST
+            self._reason = "no scan was believed for %.1f s%s" % (silence, why)
+        elif silence > options.silence and self._state == TrackingState.OK:
+            self._good, self._state = 0, TrackingState.UNCERTAIN
+            self._reason = "no scan was believed for %.1f s" % silence
 
     def _judge_deviations(self, covariance: np.ndarray) -> None:
         options, found = self.options, deviations_of(covariance)

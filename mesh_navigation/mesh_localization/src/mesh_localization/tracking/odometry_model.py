@@ -13,7 +13,7 @@ class OdometryModel:
 
     The four alphas mean what those of amcl do (S. Thrun, W. Burgard and D. Fox: Probabilistic
     Robotics, 2005, chapter 5.4): shares of squares. Errors of one drive are alike, so that
-    deviations grow with the distance, not with its root.
+    deviations grow with the distance, not with its root, until scans have told all of the pose.
 
     Attributes:
         rotation_by_rotation: odom_alpha1, rad^2 of each rad^2 turned.
@@ -41,16 +41,18 @@ class OdometryMotion:
 
     Attributes:
         step: (4, 4) of the robot now in the frame of the robot then.
-        driven, turned: m and rad on the way, back and forth.
+        driven, turned: m and rad on the way, back and forth, with those before.
     """
 
-    def __init__(self, odometry: np.ndarray) -> None:
+    def __init__(self, odometry: np.ndarray, driven: float = 0.0, turned: float = 0.0) -> None:
         """
         Args:
             odometry: (4, 4), the robot in the frame of the odometry then.
+            driven, turned: m and rad before that, whose errors are still in the pose.
         """
         self.first = self.newest = odometry
-        self.driven = self.turned = 0.0
+        self.driven, self.turned = driven, turned
+        self._before = driven, turned
 
     @property
     def step(self) -> np.ndarray:
@@ -66,7 +68,8 @@ class OdometryMotion:
     def grown(self, covariance: np.ndarray, model: OdometryModel) -> np.ndarray:
         """(6, 6) of the pose now, of (6, 6) then; each in the frame of the robot."""
         moved = adjoint(inverse(self.step))
-        return moved @ covariance @ moved.T + np.diag(model.variances(self.driven, self.turned))
+        new = model.variances(self.driven, self.turned) - model.variances(*self._before)
+        return moved @ covariance @ moved.T + np.diag(new)
 
 
 def turn_of(pose: np.ndarray) -> float:
