@@ -14,7 +14,12 @@ from mesh_map.scans.tour import tour
 from mesh_msgs.outdoor_world import outdoor_world
 from mesh_msgs.world.solids import box
 
-from mesh_localization.tracking.localizer import BaseScan, Localizer, TrackingState
+from mesh_localization.tracking.localizer import (
+    BaseScan,
+    Localizer,
+    TrackingOptions,
+    TrackingState,
+)
 from mesh_localization.tracking.ray_fates import RayFate
 
 LIDAR = LidarModel(
@@ -50,7 +55,8 @@ def localizer(mesh):
 class Robot:
     """One whose odometry stands still unless it is told otherwise; with its own localizer."""
 
-    def __init__(self, mesh, pose, covariance=SURE, seed=0):
+    def __init__(self, mesh, pose, covariance=SURE, seed=0, height=0.0):
+        self.above = np.array([0, 0, height])  # of the lidar over the base
         self.lidar, self.localizer = Lidar(mesh, LIDAR, seed=seed), localizer(mesh)
         self.truth, self.odometry, self.time = pose, np.eye(4), 0.0
         self.localizer.put(pose, covariance, self.odometry, self.time)
@@ -61,8 +67,9 @@ class Robot:
         for _ in range(times):
             self.time += PERIOD
             self.localizer.move(self.odometry)
-            points = self.lidar.measure(self.truth, hidden=hidden).points.astype(np.float64)
-            found.append(self.localizer.add(BaseScan(points, np.zeros(3), self.time)))
+            sensor = self.truth @ motion(np.r_[self.above, 0, 0, 0])
+            points = self.lidar.measure(sensor, hidden=hidden).points + self.above
+            found.append(self.localizer.add(BaseScan(points, self.above, self.time)))
         return found
 
     def blind(self, times):
@@ -238,3 +245,53 @@ def test_scans_of_next_to_no_points_are_not_believed(mesh, drive, count):
     estimate = robot.localizer.add(BaseScan(points, np.zeros(3), robot.time + 1.0))
     assert estimate.state == TrackingState.UNCERTAIN
     assert np.isfinite(estimate.pose).all() and np.isfinite(estimate.covariance).all()
+
+
+def planar(odometry):
+    """What wheels alone tell of poses: where in a plane, and how far turned."""
+    poses = [np.eye(4)]
+    for before, after in zip(odometry, odometry[1:]):
+        step = inverse(before) @ after
+        turn = math.atan2(step[1, 0], step[0, 0])
+        length = np.linalg.norm(step[:3, 3]) * np.sign(step[0, 3])
+        poses.append(poses[-1] @ motion([length, 0, 0, 0, 0, turn]))
+    return poses
+
+
+def test_odometry_that_knows_no_slopes(mesh, drive):
+    """Of wheels alone, on hills."""
+    ground = drive.above(-1.0)
+    truths = ground.poses(np.arange(ground.times[0], ground.times[0] + 30, PERIOD))
+    assert np.ptp(truths[:, 2, 3]) > 0.5 and truths[:, 2, 2].min() < 0.97
+    robot = Robot(mesh, truths[0], height=1.0)
+    for truth, odometry in zip(truths, planar(truths)):
+        robot.truth, robot.odometry = truth, odometry
+        (estimate,) = robot.scan()
+        assert off(estimate.pose, truth)[0] < max(0.02, 2 * estimate.deviations[0])
+        assert estimate.state != TrackingState.LOST
+    assert estimate.state == TrackingState.OK
+
+
+def test_one_ring_on_a_robot_that_stands_on_the_ground(drive):
+    """A level LaserScan among walls says nothing of height and tilt: the ground does."""
+    walls = [box(low, high) for low, high in (([-6, -5, -1], [6, 7, 3]), ([1, 2, 0], [2, 3, 3]))]
+    vertices = np.concatenate([part[0] for part in walls])
+    room, pillar = walls[0][1][:, ::-1], walls[1][1] + len(walls[0][0])  # seen from inside
+    faces = np.concatenate([room, pillar])
+    ramp = vertices.copy()
+    ramp[:, 2] += 0.1 * ramp[:, 0]  # all of it rises by a tenth along x
+    mesh = MeshGeometry(np.float32(ramp), faces, orient=False)
+    tilt = -math.atan(0.1)
+    begin = motion([-4, 0, -1 - 0.4 + 0.3, 0, 0, 0]) @ motion([0, 0, 0, 0, tilt, 0])
+    options = TrackingOptions(base_height=0.3)
+    robot = Robot(mesh, begin)
+    robot.lidar = Lidar(mesh, LidarModel(rings=1, columns=720, lowest=0.0, highest=0.0, noise=0.01))
+    robot.localizer = Localizer(PlaneTarget(mesh.spatial_index, mesh.face_normals), options)
+    robot.localizer.put(begin, SURE, np.eye(4), 0.0)
+    for step in range(1, 60):
+        robot.truth = begin @ motion([0.1 * step, 0, 0, 0, 0, 0])
+        robot.odometry = motion([0.1 * step * 1.02, 0, 0, 0, 0, 0.001 * step])
+        (estimate,) = robot.scan()
+        distance, angle = off(estimate.pose, robot.truth)
+        assert distance < 0.05 and angle < 0.03, (step, distance, angle, estimate.told)
+    assert estimate.state == TrackingState.OK and estimate.told < 6

@@ -9,6 +9,7 @@ import numpy as np
 from mesh_map.registration.point_to_plane import RAYS, PlaneTarget, Registration
 from mesh_map.registration.rigid import inverse, numbers_of
 
+from mesh_localization.tracking.ground_contact import GroundContact
 from mesh_localization.tracking.odometry_model import OdometryModel, OdometryMotion
 from mesh_localization.tracking.ray_fates import RayFate, RayFates, ray_fates
 
@@ -41,6 +42,8 @@ class TrackingOptions:
 
     Attributes:
         odometry: what odometry is off.
+        base_height: m of the base above the ground on which the robot stands; None: it flies, or
+            climbs walls.
         tolerance: m from the surface, up to which the map explains a point; less once the robot
             is followed and scans scatter less.
         ok_share: of the rays that meet the map, how many have to end on it while the robot is
@@ -51,7 +54,8 @@ class TrackingOptions:
         least_share: of all rays, how many the map has to explain; with fewer the view is hidden.
         least_rays: the same, their number.
         confirmations: scans one after the other that have to agree before a pose is believed.
-        lost_scans: scans one after the other below `lost_share` until the robot is lost.
+        lost_scans: scans one after the other that are below `lost_share`, and that are not
+            believed, until the robot is lost.
         ok_deviation, lost_deviation: (m, rad), standard deviations in the worst direction from
             which on the state is uncertain, and lost.
         silence: s without a scan that was believed until it is uncertain; lost_silence: until it
@@ -59,6 +63,7 @@ class TrackingOptions:
     """
 
     odometry: OdometryModel = field(default_factory=OdometryModel)
+    base_height: Optional[float] = None
     tolerance: float = 0.1
     ok_share: float = 0.9
     sure_share: float = 0.95
@@ -66,7 +71,7 @@ class TrackingOptions:
     least_share: float = 0.2
     least_rays: int = 40
     confirmations: int = 3
-    lost_scans: int = 2
+    lost_scans: Tuple[int, int] = (2, 6)
     ok_deviation: Tuple[float, float] = (0.15, 0.1)
     lost_deviation: Tuple[float, float] = (3.0, 0.7)
     silence: float = 0.5
@@ -148,10 +153,12 @@ class Localizer:
             options: when a pose is believed.
         """
         self.target, self.options = target, options
+        height = options.base_height
+        self._ground = None if height is None else GroundContact(target, height)
         self._pose: Optional[np.ndarray] = None  # at the last scan that was believed, or put
         self._covariance = np.zeros((6, 6))
         self._motion = OdometryMotion(np.eye(4))  # since then
-        self._good = self._bad = 0
+        self._good = self._bad = self._strange = 0
         self._agreed: list = (
             []
         )  # corrections of scans that agree with each other, not with odometry
@@ -178,7 +185,7 @@ class Localizer:
         """
         self._pose, self._covariance = pose, covariance + np.diag(_FLOOR**2)
         self._motion = OdometryMotion(odometry)
-        self._good = self._bad = 0
+        self._good = self._bad = self._strange = 0
         self._agreed = []
         self._state, self._reason = (
             TrackingState.UNCERTAIN,
@@ -191,16 +198,23 @@ class Localizer:
         """Where the base is now in the frame of the odometry, (4, 4)."""
         self._motion.add(odometry)
 
-    def predicted(self) -> Optional[np.ndarray]:
-        """(4, 4) of the base in the map by odometry; None before it was put anywhere."""
-        return None if self._pose is None else self._pose @ self._motion.step
+    def _predicted(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+        """(4, 4) of the base in the map by odometry, and by the ground on which it stands, and its
+        covariance (6, 6); None before it was put anywhere."""
+        if self._pose is None:
+            return None
+        pose = self._pose @ self._motion.step
+        covariance = self._motion.grown(self._covariance, self.options.odometry)
+        return (
+            (pose, covariance) if self._ground is None else self._ground.put_down(pose, covariance)
+        )
 
     def estimate(self, time: float) -> Optional[Estimate]:
         """What is known now, without a new scan; None before it was put anywhere."""
-        predicted = self.predicted()
-        if predicted is None:
+        found = self._predicted()
+        if found is None:
             return None
-        covariance = self._motion.grown(self._covariance, self.options.odometry)
+        predicted, covariance = found
         self._judge_silence(time - self._believed)
         self._judge_deviations(covariance)
         return self._told(predicted, covariance, None, time)
@@ -211,10 +225,10 @@ class Localizer:
         Returns:
             None before the robot was put anywhere.
         """
-        predicted = self.predicted()
-        if predicted is None:
+        found = self._predicted()
+        if found is None:
             return None
-        covariance = self._motion.grown(self._covariance, self.options.odometry)
+        predicted, covariance = found
         if self._state == TrackingState.LOST:
             covariance = covariance + _UNSURE
         match = self._matched(scan, predicted, covariance, True)
@@ -308,6 +322,7 @@ class Localizer:
         hidden = self._is_hidden(fates)
         bad = fates.share < options.lost_share and not hidden and not believed
         self._bad = self._bad + 1 if bad else 0
+        self._strange = 0 if believed or hidden else self._strange + 1
         if believed:
             # As a mean of the first scans, then slowly: a wrong place is not learned.
             rate = max(_LEARNED, 1 / self._good)
@@ -315,7 +330,7 @@ class Localizer:
         through = "%.0f %% of the rays that meet the map go through it" % (100 - 100 * fates.share)
         if self._good >= options.confirmations:
             self._state, self._reason = TrackingState.OK, ""
-        elif self._bad >= options.lost_scans:
+        elif self._bad >= options.lost_scans[0] or self._strange >= options.lost_scans[1]:
             self._state, self._reason = TrackingState.LOST, through
         elif self._state != TrackingState.LOST or believed:
             self._state = TrackingState.UNCERTAIN

@@ -6,6 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from mesh_map.registration.rigid import adjoint, inverse
 
+_LEVEL = 1e-9  # m, and 1 - cosine of a tilt: what is less is rounding
+_SLOPE, _TILT = 0.4, 0.5  # m and rad after 1 m, of ground that planar odometry does not know
+_LEVER = 0.3  # m of a base above the wheels, which a tilt moves aside
+
 
 @dataclass(frozen=True)
 class OdometryModel:
@@ -53,6 +57,7 @@ class OdometryMotion:
         self.first = self.newest = odometry
         self.driven, self.turned = driven, turned
         self._before = driven, turned
+        self._is_planar = bool(odometry[2, 2] >= 1 - _LEVEL)
 
     @property
     def step(self) -> np.ndarray:
@@ -61,14 +66,26 @@ class OdometryMotion:
     def add(self, odometry: np.ndarray) -> None:
         """Where the robot is now, (4, 4)."""
         step = inverse(self.newest) @ odometry
+        rose = abs(odometry[2, 3] - self.newest[2, 3]) > _LEVEL
+        self._is_planar &= not rose and bool(odometry[2, 2] >= 1 - _LEVEL)
         self.newest = odometry
         self.driven += float(np.linalg.norm(step[:3, 3]))
         self.turned += turn_of(step)
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether the odometry knows no slopes: its frame saw neither height nor tilt change."""
+        return self._is_planar
 
     def grown(self, covariance: np.ndarray, model: OdometryModel) -> np.ndarray:
         """(6, 6) of the pose now, of (6, 6) then; each in the frame of the robot."""
         moved = adjoint(inverse(self.step))
         new = model.variances(self.driven, self.turned) - model.variances(*self._before)
+        if self._is_planar:
+            way = self.driven - self._before[0]
+            new[2] += (_SLOPE * way) ** 2
+            new[3:5] += (_TILT * way) ** 2
+            new[:2] += (_LEVER * _TILT * way) ** 2
         return moved @ covariance @ moved.T + np.diag(new)
 
 
