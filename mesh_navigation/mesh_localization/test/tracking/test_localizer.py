@@ -295,3 +295,22 @@ def test_one_ring_on_a_robot_that_stands_on_the_ground(drive):
         distance, angle = off(estimate.pose, robot.truth)
         assert distance < 0.05 and angle < 0.03, (step, distance, angle, estimate.told)
     assert estimate.state == TrackingState.OK and estimate.told < 6
+
+
+def test_a_sensor_that_sits_higher_than_it_is_said(mesh, drive):
+    truths = drive.above(-1.0).poses(np.arange(drive.times[0], drive.times[0] + 7, PERIOD))
+    robot = Robot(mesh, truths[0], height=1.0)
+    options = TrackingOptions(base_height=0.0)
+    robot.localizer = Localizer(robot.localizer.target, options)
+    robot.localizer.put(truths[0], SURE, truths[0], 0.0)
+    said = robot.above.copy()
+    for truth in truths:
+        robot.truth = robot.odometry = truth
+        sensor = truth @ motion([0, 0, 1.0, 0, 0, 0])
+        points = robot.lidar.measure(sensor).points + said - [0, 0, 0.15]
+        robot.time += PERIOD
+        robot.localizer.move(robot.odometry)
+        estimate = robot.localizer.add(BaseScan(points, said - [0, 0, 0.15], robot.time, "mast"))
+    assert estimate.state == TrackingState.OK
+    assert "mast" in robot.localizer.mounting_fault and "0.1" in robot.localizer.mounting_fault
+    assert "above" in robot.localizer.mounting_fault

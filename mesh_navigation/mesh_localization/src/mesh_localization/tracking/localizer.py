@@ -10,6 +10,7 @@ from mesh_map.registration.point_to_plane import RAYS, PlaneTarget, Registration
 from mesh_map.registration.rigid import inverse, numbers_of
 
 from mesh_localization.tracking.ground_contact import GroundContact
+from mesh_localization.tracking.mounting_watch import MountingWatch
 from mesh_localization.tracking.odometry_model import OdometryModel, OdometryMotion
 from mesh_localization.tracking.ray_fates import RayFate, RayFates, ray_fates
 
@@ -86,11 +87,13 @@ class BaseScan:
         points: (N, 3) m.
         origins: (N, 3) or (3,) m, where the sensor was.
         time: s.
+        sensor: its name.
     """
 
     points: np.ndarray
     origins: np.ndarray
     time: float
+    sensor: str = ""
 
 
 @dataclass(frozen=True)
@@ -155,6 +158,7 @@ class Localizer:
         self.target, self.options = target, options
         height = options.base_height
         self._ground = None if height is None else GroundContact(target, height)
+        self._mounting = MountingWatch()
         self._pose: Optional[np.ndarray] = None  # at the last scan that was believed, or put
         self._covariance = np.zeros((6, 6))
         self._motion = OdometryMotion(np.eye(4))  # since then
@@ -171,6 +175,11 @@ class Localizer:
     def state(self) -> TrackingState:
         """That of the last estimate."""
         return self._state
+
+    @property
+    def mounting_fault(self) -> str:
+        """What is always off where sensors sit on the robot, as a sentence; empty: nothing."""
+        return self._mounting.fault
 
     def put(
         self, pose: np.ndarray, covariance: np.ndarray, odometry: np.ndarray, time: float
@@ -246,6 +255,9 @@ class Localizer:
             pose = match.found.pose
             covariance = _posterior(match.found, covariance)
             self._pose, self._covariance = pose, covariance
+            if self._followed and match.found.told == 6:
+                height = math.nan if self._ground is None else self._ground.height(pose)
+                self._mounting.add(scan.sensor, match.off[:3], height)
             motion = self._motion
             before = () if match.found.told == 6 else (motion.driven, motion.turned)
             self._motion = OdometryMotion(motion.newest, *before)
