@@ -40,6 +40,7 @@ from mesh_msgs.checks.features import (  # noqa: F401
 )
 from mesh_msgs.checks.findings import Finding  # noqa: F401
 from mesh_msgs.checks.layers import layer_info, layer_info_array  # noqa: F401
+from mesh_msgs.checks.localization import localization_state  # noqa: F401
 from mesh_msgs.checks.store_results import store_result  # noqa: F401
 from mesh_msgs.checks.geometry import (  # noqa: F401
     check_colors,

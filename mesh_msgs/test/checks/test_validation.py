@@ -76,6 +76,12 @@ def store_result():
     return result(topic="store/texture", name="3", result=result.REFUSED, text="it is too large")
 
 
+def localization_state():
+    state = mesh_msgs.msg.LocalizationState
+    figures = {"explained": NAN, "residual": 0.02, "position_deviation": INF}
+    return state(state=state.UNCERTAIN, reason="a corridor without features", **figures)
+
+
 def numbers(*values):
     return [get_message_class("std_msgs/Float32")(value) for value in values]
 
@@ -134,6 +140,7 @@ VALID = {
     "mesh_label_colors": label_colors(),
     "layer_info_array": stamped(layer_infos()),
     "store_result": store_result(),
+    "localization_state": stamped(localization_state()),
     "mesh_material": mesh_msgs.msg.MeshMaterial(),
     "mesh_vertex_tex_coords": mesh_msgs.msg.MeshVertexTexCoords(-1.5, 7.0),
     "mesh_materials_stamped": stamped(
@@ -192,6 +199,12 @@ BROKEN = [  # validator, member, value, rule, first index, count
     ("store_result", "result", 3, "result_unknown", None, 1),
     ("store_result", "topic", "", "result_topic", None, 1),
     ("store_result", "text", "", "result_text", None, 1),
+    ("localization_state", "state", 3, "localization_state_unknown", None, 1),
+    ("localization_state", "reason", "", "localization_reason", None, 1),
+    ("localization_state", "explained", 1.5, "localization_figure", None, 1),
+    ("localization_state", "residual", -0.1, "localization_figure", None, 1),
+    ("localization_state", "rotation_deviation", -INF, "localization_figure", None, 1),
+    ("localization_state", "header.frame_id", "", "frame_id_empty", None, 1),
     ("layer_info_array", "layers.1.name", "", "layer_unnamed", 1, 1),
     ("layer_info_array", "layers.1.name", "slope", "layer_twice", 1, 1),
     ("layer_info_array", "layers.0.threshold", NAN, "layer_threshold", 0, 1),

@@ -67,6 +67,7 @@ def test_every_message_with_arrays_of_numbers_has_an_array_class():
     others |= {
         "LayerInfo",
         "LayerInfoArray",
+        "LocalizationState",
         "MeshLabelColors",
         "MeshVertexTexCoords",
         "StoreResult",

@@ -34,6 +34,7 @@ MESSAGES = {
     # Of this package alone; pinned so that they do not change by accident.
     "LayerInfo": "a55ef475fc2d0403ac5420fb6ec7247a",
     "LayerInfoArray": "f9e6ee5ee4b31b32b2c0023e7e0d0939",
+    "LocalizationState": "3daafc79dc4218e0d82d37e1747b5706",
     "MeshFaceCosts": "ade4ce6a157397b6c023e12482bc76c8",
     "MeshFaceCostsStamped": "f24dd558c7f2de70f524aacb5ac5869b",
     "MeshLabelColors": "e17eb54bbd698f3ef2b9e6332bf5f9ca",
