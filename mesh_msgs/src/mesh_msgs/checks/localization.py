@@ -22,7 +22,7 @@ def localization_state(msg: Any) -> List[Finding]:
     limits.update(position_deviation=math.inf, rotation_deviation=math.inf)
     bad = [name for name, most in limits.items() if not _is_figure(getattr(msg, name), most)]
     if bad:
-        what = "%s is %g (%d such in all)" % (bad[0], getattr(msg, bad[0]), len(bad))
+        what = "%s is %g (%d such figures in all)" % (bad[0], getattr(msg, bad[0]), len(bad))
         hint = "give shares from 0 to 1, other figures of at least 0, and NaN where none is known"
         findings.append(Finding("localization_figure", what, None, len(bad), hint))
     return findings + check_header(msg)

@@ -97,7 +97,7 @@ class World(Clock, SubActions):
         self.scripts = {kind: list(entries) for kind, entries in scripts.items()}
         self.time = self.x = self.yaw = 0.0
         self.jump = 0.0  # of the clock that is asked
-        self.goal_x, self.lost = goal_x, False
+        self.goal_x, self.lost, self.times = goal_x, False, 1
         self.active, self.calls, self.log, self.events = [], [], [], []
         self.counts = {"plan": 0, "drive": 0, "recover": 0}
         self.starts = []
@@ -168,8 +168,13 @@ class World(Clock, SubActions):
 
     # The execution
 
+    def localized(self):
+        return self.times
+
     def run(self, *behaviors):
-        execution = MoveBaseExecution(self, self, lambda: self.values, behaviors, self.log.append)
+        execution = MoveBaseExecution(
+            self, self, lambda: self.values, behaviors, self.log.append, self.localized
+        )
         end = execution.run(self.cancellation)
         assert end.message
         last = self.counts["drive"] and f"value of drive {self.counts['drive'] - 1}"

@@ -10,7 +10,7 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import RecoveryOutcome
 from mesh_navigation.base.pose import Pose
-from mesh_navigation.base.robot import STOP, RobotLost, Velocity
+from mesh_navigation.base.robot import STOP, NotLocalized, RobotLost, Velocity
 from mesh_navigation.body.body import Body
 from mesh_navigation.body.robot_shape import RobotShape
 from mesh_navigation.plugins.plugin_list import BEHAVIORS, PluginList, find_plugin
@@ -340,6 +340,41 @@ def test_a_robot_that_is_lost_for_a_while_goes_on():
     result = scene.back_up()
     assert result.outcome == RecoveryOutcome.SUCCESS
     assert set(gap[2:]) == {STOP}
+
+
+def test_a_robot_that_is_localized_elsewhere_does_not_go_back_to_its_trail():
+    scene = Scene()
+    scene.drive(4.0)
+    tell, gap = scene.robot.state, []
+
+    def state():
+        if 10 < len(scene.track) < 400:  # 20 s: longer than for a transform
+            if not gap:
+                scene.robot.put(Pose.at((3.0, 5.3, 0.0)))  # aside of the trail, within its reach
+                scene.robot.trail.clear()  # as the server does
+            gap.append(scene.robot.last_command)
+            raise NotLocalized("few rays are explained", 60.0)
+        return tell()
+
+    scene.robot.state = state
+    result = scene.back_up(distance=1.0)
+    assert result == (0, "backed up by 0.99 m")
+    assert set(gap[2:]) == {STOP}
+    after = np.array(scene.track[400:])
+    assert np.ptp(after[:, 1]) < 1e-6 and 0.5 < np.ptp(after[:, 0]) < 1.0
+    assert not scene.robot.trail.back()
+
+
+def test_a_robot_that_is_not_localized_gives_up():
+    scene = Scene()
+
+    def state():
+        raise NotLocalized("few rays are explained", 12.0)
+
+    scene.robot.state = state
+    with pytest.raises(NotLocalized, match="few rays"):
+        scene.back_up()
+    assert 12.0 <= scene.clock.now() < 12.2
 
 
 def test_it_is_canceled():

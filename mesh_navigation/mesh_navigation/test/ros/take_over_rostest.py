@@ -23,9 +23,13 @@ from mesh_navigation.execution.supervised_execution import SupervisedExecution
 from mesh_navigation.plugins.controller import Command
 from mesh_navigation.server.plan_store import PlanStore
 from mesh_navigation.server.ros.exe_path_node import ExePathServer
+from mesh_navigation.server.ros.localization_ros import Localization
 from mesh_navigation.server.ros.robot_ros import RobotRos
 from mesh_navigation.server.ros.slot_action_node import Parts, RunningGoal
 from mesh_navigation.server.ros.velocity_commands_ros import GuardedCommands
+
+
+BELIEVED = Localization("", 1.0, 0.0)  # whatever the pose is
 
 
 class Patient(Told):
@@ -70,7 +74,9 @@ class Server(ExePathServer):
         robot.frame, robot.driven = "map", lambda *_: nullcontext(robot)
         values = values_with(cmd_vel_ignored_tolerance=0.0)()
         fakes = self.fakes
-        parts = Parts(None, fakes, None, fakes, None, robot, SystemClock(), values, PlanStore())
+        parts = Parts(
+            None, fakes, None, fakes, None, None, robot, SystemClock(), values, PlanStore()
+        )
         super().__init__(parts)
         self.refused, self.before_the_answer = threading.Event(), lambda: None
 
@@ -134,7 +140,7 @@ class TakeOverTest(unittest.TestCase):
     def test_a_shutdown_lets_nobody_drive(self):
         """Not even who is late."""
         commands = mock.Mock()
-        robot = RobotRos(commands, None, "base_link", 1.0)
+        robot = RobotRos(commands, None, BELIEVED, "base_link", 1.0)
         with robot.driven(Cancellation()) as driven:
             driven.drive(FORWARD)
             with mock.patch("rospy.core.is_shutdown_requested", return_value=True):
@@ -147,7 +153,7 @@ class TakeOverTest(unittest.TestCase):
         module = "mesh_navigation.server.ros.velocity_commands_ros"
         # To the end of this process: it tries again and again.
         mock.patch(f"{module}._started", side_effect=OSError("no more processes")).start()
-        robot = RobotRos(GuardedCommands({}), None, "base_link", 1.0)
+        robot = RobotRos(GuardedCommands({}), None, BELIEVED, "base_link", 1.0)
         cancellation = Cancellation()
         cancellation.cancel("enough")
         wait_until(lambda: "no more" in self.refusal(robot).message, "the reason")

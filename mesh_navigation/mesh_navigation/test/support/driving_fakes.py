@@ -49,7 +49,7 @@ class PlaneRobot(Robot):
 
     def state(self):
         if self.lost:
-            raise RobotLost(self.lost)
+            raise self.lost if isinstance(self.lost, RobotLost) else RobotLost(self.lost)
         velocity = self.command if self.measured is None else self.measured
         return RobotState(self.time, Pose.at(self.position.copy(), self.yaw), velocity)
 
@@ -94,11 +94,15 @@ class Told(MeshController):
     def __init__(self, *answers, on_plan=None, reached=None):
         self.answers = list(answers) or [Command(0, "", FORWARD)]
         self.on_plan, self.plans, self.reached, self.asked = on_plan, [], reached, 0
+        self.forgotten = []
 
     def set_plan(self, plan):
         self.plans.append(plan)
         if self.on_plan is not None:
             raise self.on_plan
+
+    def forget_place(self):
+        self.forgotten.append(len(self.plans))
 
     def is_goal_reached(self, state, dist_tolerance, angle_tolerance):
         if self.reached is not None:

@@ -85,6 +85,19 @@ class RobotLost(Exception):
     """The robot's pose is not known; the message says why, with numbers."""
 
 
+class NotLocalized(RobotLost):
+    """A localizer that knew where the robot is does not any more; the message says why."""
+
+    def __init__(self, message: str, patience: float) -> None:
+        """
+        Args:
+            message: why, as a sentence.
+            patience: how long those that drive the robot wait for it (s); inf: without end.
+        """
+        super().__init__(message)
+        self.patience = patience
+
+
 class MapGap(RobotLost):
     """What is around the robot is not known just now; the message says why."""
 
@@ -103,6 +116,7 @@ class Robot(abc.ABC):
 
         Raises:
             RobotLost: there is none, it is too old, or it is not finite.
+            NotLocalized: a localizer does not know it any more.
         """
 
     def awaited_state(self, clock: Clock, cancellation: Cancellation) -> RobotState:
@@ -110,13 +124,20 @@ class Robot(abc.ABC):
 
         Raises:
             RobotLost: there is none for ``lost_timeout``, or when it is canceled.
+            NotLocalized: it is not localized for the patience of that.
         """
-        watch = Stopwatch(clock)
+        not_localized, watch = Stopwatch(clock), Stopwatch(clock)
         while True:
             try:
                 return self.state()
+            except NotLocalized as lost:
+                self.drive(STOP)
+                if not_localized.seconds() >= lost.patience or cancellation.canceled:
+                    raise
+                watch = Stopwatch(clock)
             except RobotLost:
                 self.drive(STOP)
+                not_localized.seconds()
                 if watch.seconds() >= self.lost_timeout or cancellation.canceled:
                     raise
             clock.wait_until(clock.now() + POLL, cancellation)

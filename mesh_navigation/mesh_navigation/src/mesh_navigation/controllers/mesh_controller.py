@@ -159,6 +159,10 @@ class MeshController(Controller):
         self._tolerance = self._angle_tolerance = 0.0
         self._heading_error, self._had_to_turn = math.inf, False
 
+    def forget_place(self) -> None:
+        self._surface_pose = self._state = self._watch = self._narrow = self._cycle = None
+        self._velocity = STOP
+
     def is_goal_reached(
         self, state: RobotState, dist_tolerance: float, angle_tolerance: float
     ) -> bool:

@@ -13,7 +13,14 @@ from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import ExePathOutcome, is_success
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.progress_watch import angle_between
-from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Velocity
+from mesh_navigation.base.robot import (
+    STOP,
+    NotLocalized,
+    Robot,
+    RobotLost,
+    RobotState,
+    Velocity,
+)
 from mesh_navigation.execution.attempt import fault_of_answer
 from mesh_navigation.execution.drive_watches import ObedienceWatch, OscillationWatch
 from mesh_navigation.execution.server_parameters import PARAMETERS
@@ -129,8 +136,10 @@ class PathExecution:
         self._controller: Optional[MeshController] = None
         self._pose: Optional[Pose] = None
         self._oscillation, self._obedience = OscillationWatch(), ObedienceWatch()
-        # Times (s): the last command that was valid, the last pose, the last map without a gap.
-        self._valid = self._seen = self._whole = 0.0
+        # Times (s): the last command that was valid, the last pose, the last map without a gap, the
+        # last moment at which the robot was localized.
+        self._valid = self._seen = self._whole = self._localized = 0.0
+        self._is_elsewhere = False  # whether it may be, since it was not localized
         self._retries = 0  # since the last command that was valid
 
     def prepared(self, plan: ControllerPlan) -> ControllerPlan:
@@ -223,7 +232,7 @@ class PathExecution:
 
     def _restart(self, now: float) -> None:
         """Measure all times from now: for another plan, and when time has jumped back."""
-        self._valid = self._seen = self._whole = now
+        self._valid = self._seen = self._whole = self._localized = now
         self._retries = 0
         self._oscillation.restart()
         self._obedience.restart()
@@ -245,10 +254,16 @@ class PathExecution:
             self._whole = now
         try:
             state = self._robot.state()
+        except NotLocalized as lost:
+            return self._not_localized(str(lost), now, lost.patience)
         except RobotLost as lost:  # which is why sensors may say nothing, too
             return self._lost(str(lost), now, values["tf_timeout"])
+        self._localized = now
         if gap:
             return self._without_map(gap, now, values["controller_patience"])
+        refusal = self._begin_elsewhere(controller)
+        if refusal:
+            return self._failed(refusal, state, now, values)
         self._seen, self._pose = max(self._seen, min(now, state.time)), state.pose
         self._robot.trail.add(state.pose)
         command = self._ask(controller, state, values, cancellation)
@@ -259,6 +274,33 @@ class PathExecution:
         if not is_success(command.outcome):
             return self._failed(command, state, now, values)
         return self._obeyed(command, state, now, values)
+
+    def _not_localized(self, why: str, now: float, patience: float) -> _Step:
+        """A cycle in which nobody knows where the robot is: as without a pose."""
+        self._stand(now)
+        self._seen = self._whole = now
+        if not self._is_elsewhere:
+            self._is_elsewhere = True
+            self._robot.trail.clear()  # what it has of now may be wrong
+        if now - self._localized < patience:
+            return _Step(ExePathOutcome.TF_ERROR, why, ends=False)
+        text = f"{why}; waited for {patience:.1f} s (localization_patience)"
+        return _Step(ExePathOutcome.TF_ERROR, text)
+
+    def _begin_elsewhere(self, controller: MeshController) -> Optional[Command]:
+        """Where the robot was not localized meanwhile, follow the plan as one that begins here; the
+        controller's failure if it refuses that."""
+        if not self._is_elsewhere:
+            return None
+        self._is_elsewhere = False
+
+        def begin() -> Command:
+            controller.forget_place()
+            controller.set_plan(self._plan._replace(prepared=None))  # it knows a place, too
+            return Command(ExePathOutcome.SUCCESS)
+
+        command = checked_command(begin)
+        return None if is_success(command.outcome) else command
 
     def _take_plan(self, controller: MeshController) -> Optional[Command]:
         """Give the controller the newest plan; its failure if it refuses that."""

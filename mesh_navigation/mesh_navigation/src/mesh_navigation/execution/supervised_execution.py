@@ -56,6 +56,10 @@ class _Watched(MeshController):
         with self._call():
             self._controller.set_plan(plan)
 
+    def forget_place(self) -> None:
+        with self._call():
+            self._controller.forget_place()
+
     def compute_velocity(self, state: RobotState, cancellation: Cancellation) -> Command:
         with self._call():
             return self._controller.compute_velocity(state, cancellation)

@@ -102,6 +102,7 @@ class MoveBaseExecution:
         values: Callable[[], Mapping[str, Any]],
         behaviors: Sequence[str],
         log: Callable[[str], None] = lambda message: None,
+        localized: Callable[[], Optional[int]] = lambda: 0,
     ) -> None:
         """
         Args:
@@ -110,11 +111,14 @@ class MoveBaseExecution:
             values: parameters of the server, of now.
             behaviors: recovery behaviors in their order.
             log: gets sentences for people, about what is not as it should be.
+            localized: how often the robot has been localized again after it was not; None while it
+                is not. After that it may be elsewhere, and gets another plan.
         """
         self._actions = actions
         self._clock = clock
         self._values = values
         self._log = log
+        self._localized = localized
         self._chain = RecoveryChain(behaviors)
 
     def run(self, cancellation: Cancellation) -> GoalEnd:
@@ -127,26 +131,36 @@ class MoveBaseExecution:
                     continue
                 self._overcome(PLANNING, "has a plan")
                 drive = self._drive(plan.path, cancellation)
+                if drive is None:
+                    self._log("the robot was not localized meanwhile, and gets another plan")
+                    continue
                 if drive.succeeded:
                     return drive
                 self._recover(DRIVING, drive, cancellation)
         except MoveBaseOver as over:
             return over.end
 
-    def _drive(self, path: Any, cancellation: Cancellation) -> GoalEnd:
-        """Drive; returns how it ended: with success, or why the robot cannot go on.
+    def _drive(self, path: Any, cancellation: Cancellation) -> Optional[GoalEnd]:
+        """Drive; returns how it ended: with success, or why the robot cannot go on; None where it
+        was not localized meanwhile, so that nobody knows where on the path it is.
 
         Raises:
             MoveBaseOver: see `mesh_navigation.move_base.sub_goals.ended`.
         """
         oscillation = OscillationWatch()
         replanning = Replanning(self._actions, self._clock.now(), self._log)
+        times = self._localized()
         drive = Relay(self._actions, path)
         try:
             while True:
                 end = drive.wait(cancellation, POLL)
+                is_elsewhere = self._localized() not in (None, times)
                 if end is not None or cancellation.canceled:
-                    return _as_oscillation(checked(end, drive, DRIVE, cancellation))
+                    end = _as_oscillation(checked(end, drive, DRIVE, cancellation))
+                    return None if is_elsewhere and not end.succeeded else end
+                if is_elsewhere:
+                    end = _stopped(drive, "the robot may be elsewhere than it was believed to be")
+                    return end if end.succeeded else None
                 progress = drive.progress
                 if progress is None:
                     oscillation.restart()  # A robot that stands without a pose does not oscillate.
@@ -189,19 +203,26 @@ class MoveBaseExecution:
         if name is None:
             raise MoveBaseOver(_in_vain(failure, tried))
         self._log(f"{trigger} failed: {failure.message} ({failure.outcome}); trying {name}")
+        times = self._localized()
         end = ended(self._actions.recover(name), f"recovery {name}", cancellation)
         if not end.succeeded:
             self._log(f"recovery {name} failed: {end.message} ({end.outcome})")
-            if self._chain.exhausted:
+            if self._chain.exhausted and self._localized() == times:
                 raise MoveBaseOver(_in_vain(failure, self._chain.tried))
 
 
-def _end_oscillation(drive: SubGoal, fault: str) -> GoalEnd:
-    end = drive.stop("the robot oscillates")
+def _stopped(drive: SubGoal, reason: str) -> GoalEnd:
+    """How a drive ends that is stopped for a reason."""
+    end = drive.stop(reason)
     if end is None:
         # Whatever is done next, two would command the robot.
-        message = f"{fault}; {DRIVE} does not end"
+        message = f"{reason}; {DRIVE} does not end"
         raise MoveBaseOver(GoalEnd(MoveBaseOutcome.INTERNAL_ERROR, message))
+    return end
+
+
+def _end_oscillation(drive: SubGoal, fault: str) -> GoalEnd:
+    end = _stopped(drive, fault)
     if end.succeeded:
         return end
     return GoalEnd(MoveBaseOutcome.OSCILLATION, fault, drive=end.drive)

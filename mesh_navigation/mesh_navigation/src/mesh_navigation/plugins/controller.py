@@ -64,6 +64,8 @@ class MeshController(MeshPlugin):
       ``is_goal_reached`` and, if it is not, ``compute_velocity``.
     * ``set_plan`` takes its time from a cycle. What takes long in it can be done in
       ``prepare_plan``, which other threads call before.
+    * The robot may be found elsewhere after a time without localization: ``forget_place`` and
+      ``set_plan`` with the same plan come before the next cycle then, while it stands.
     * ``compute_velocity`` is to return within a fraction of a cycle (1 / controller_frequency). It
       does not drive and does not wait. If it takes long, the server stops the robot meanwhile; look
       at ``cancellation`` then, after half a second the server answers without the controller.
@@ -95,6 +97,10 @@ class MeshController(MeshPlugin):
             ControlFailure: INVALID_PATH, it cannot be followed.
         """
         raise NotImplementedError(f"{type(self).__name__} does not override set_plan()")
+
+    def forget_place(self) -> None:
+        """Forget where the robot was in the cycles before: that may have been wrong, or it was
+        carried away meanwhile. Nothing to do for a controller that remembers nothing of it."""
 
     def compute_velocity(self, state: RobotState, cancellation: Cancellation) -> Command:
         """What to do next.

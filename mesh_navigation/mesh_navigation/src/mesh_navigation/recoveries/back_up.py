@@ -196,17 +196,19 @@ class BackUp(MeshRecovery):
     def run(self, robot: Robot, clock: Clock, cancellation: Cancellation) -> RecoveryResult:
         """Backs up; IMPASSABLE before blocked ground, FAILURE off the map or if it is stuck."""
         state = robot.awaited_state(clock, cancellation)
-        back = ReversePath(state.pose, robot.trail.back())
-        way = _Run(back, self.values, ProgressWatch())
-        gone = speed = 0.0
+        way = _Run(ReversePath(state.pose, robot.trail.back()), self.values, ProgressWatch())
+        gone = before = speed = 0.0
         try:
             while not cancellation.canceled:
                 try:
                     state = robot.state()
                 except RobotLost:
+                    robot.trail.forget_last(way.back.passed)
                     state = robot.awaited_state(clock, cancellation)
-                    speed, way = 0.0, way._replace(watch=ProgressWatch())
-                gone = back.gone(state.pose.position)
+                    # It may be elsewhere, where no trail leads back to the one of before.
+                    back = ReversePath(state.pose, robot.trail.back())
+                    before, speed, way = gone, 0.0, _Run(back, self.values, ProgressWatch())
+                gone = before + way.back.gone(state.pose.position)
                 end, velocity = self._next(way, state, gone, speed, clock.now())
                 if end is not None:
                     return end
@@ -215,7 +217,7 @@ class BackUp(MeshRecovery):
                 clock.wait_until(clock.now() + PERIOD, cancellation)
         finally:
             robot.drive(STOP)
-            robot.trail.forget_last(back.passed)
+            robot.trail.forget_last(way.back.passed)
         text = f"backing up stopped after {gone:.2f} m: {cancellation.reason}"
         return RecoveryResult(RecoveryOutcome.CANCELED, text)
 

@@ -50,7 +50,6 @@ class CheckServices:
         """
         self._gate = parts.gate
         self._transforms = parts.transforms
-        self._robot_frame = parts.values["robot_frame"]
         self._shape = shape
         values, complaints = read_parameters((COST_LIMIT,), given)
         self._cost_limit = float(values[COST_LIMIT.name])  # type: ignore[arg-type]
@@ -81,8 +80,7 @@ class CheckServices:
     def _check_pose(self, request: Any) -> CheckPoseResponse:
         mesh_map = self._gate.now().map
         if request.current_pose:
-            frame = mesh_map.frame_id
-            pose = self._transforms.robot_pose(frame, self._robot_frame, self._stopped)
+            pose = self._transforms.robot_pose(mesh_map.frame_id, self._stopped, patient=False)
         else:
             pose = self._in_map(mesh_map, request.pose, "requested")
         row = np.concatenate(pose)
@@ -109,7 +107,8 @@ class CheckServices:
         )
 
     def _in_map(self, mesh_map: MeshMap, pose: PoseStamped, what: str) -> Pose:
-        return self._transforms.pose_in(mesh_map.frame_id, pose, what, self._stopped)
+        frame = mesh_map.frame_id
+        return self._transforms.pose_in(frame, pose, what, self._stopped, patient=False)
 
     def _clear_mesh(self, _request: Any) -> EmptyResponse:
         counts = self._gate.now(whole=False).map.clear_layers()

@@ -74,8 +74,7 @@ class GetPathServer(SlotActionServer):
         if goal.use_start_pose:
             start = transforms.pose_in(frame, goal.start_pose, "start", cancellation)
         else:
-            robot_frame = self._parts.values["robot_frame"]
-            start = transforms.robot_pose(frame, robot_frame, cancellation)
+            start = transforms.robot_pose(frame, cancellation)
         return start, transforms.pose_in(frame, goal.target_pose, "goal", cancellation)
 
     def _plan(

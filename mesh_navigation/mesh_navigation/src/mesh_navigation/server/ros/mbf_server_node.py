@@ -23,6 +23,7 @@ from mesh_navigation.server.robot_chain import AgeLimits
 from mesh_navigation.server.ros.check_services_node import CheckServices
 from mesh_navigation.server.ros.exe_path_node import ExePathServer
 from mesh_navigation.server.ros.get_path_node import GetPathServer
+from mesh_navigation.server.ros.localization_ros import Localization
 from mesh_navigation.server.ros.move_base_node import MoveBaseServer
 from mesh_navigation.server.ros.plan_topics_ros import PlanTopics
 from mesh_navigation.server.ros.recovery_node import RecoveryServer
@@ -56,11 +57,24 @@ class MbfServer:
         limits = AgeLimits(
             values["odom_frame"].lstrip("/"), values["odom_timeout"], values["map_timeout"]
         )
-        transforms = Transforms(values["tf_cache_time"], values["tf_timeout"], limits)
+        localization = Localization(
+            values["localization_topic"],
+            values["localization_timeout"],
+            values["localization_patience"],
+        )
+        robot_frame = values["robot_frame"]
+        transforms = Transforms(
+            values["tf_cache_time"],
+            values["tf_timeout"],
+            limits,
+            robot_frame.lstrip("/"),
+            localization,
+        )
         robot = RobotRos(
             _velocity_commands(values),
             transforms,
-            values["robot_frame"],
+            localization,
+            robot_frame,
             values["tf_timeout"],
             values["odom_topic"],
         )
@@ -86,6 +100,7 @@ class MbfServer:
             loaded.behaviors,
             loaded.gate,
             transforms,
+            localization,
             robot,
             RosClock(),
             values,
@@ -140,8 +155,12 @@ class MbfServer:
         except NotReady as error:
             level = ERROR if error.kind == "MAP_ERROR" else WARN
             return Status(level, error.message, {"ready": False})
+        localized = self._parts.localization.look()
+        if localized.lost:
+            return Status(ERROR, localized.lost, {"ready": False})
         kinds = (ready.planners, ready.controllers, ready.behaviors)
         complaints = [
+            *filter(None, [localized.doubt]),
             *self._complaints,
             *self._map.planners.complaints,
             *self._map.controllers.complaints,

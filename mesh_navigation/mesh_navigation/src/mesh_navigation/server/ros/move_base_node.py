@@ -112,6 +112,7 @@ class MoveBaseServer(SlotActionServer):
             lambda: self._parts.values,
             self._behaviors(goal),
             self._log,
+            self._parts.localization.times,
         )
         replaced = self._parts.gate.replaced(ready)
         with any_of(cancellation, replaced) as stop:
@@ -141,8 +142,7 @@ class MoveBaseServer(SlotActionServer):
         return _Ends(mesh_map, start, target.normalized())
 
     def _robot_pose(self, frame: str, cancellation: Cancellation) -> Pose:
-        robot_frame = self._parts.values["robot_frame"]
-        return self._parts.transforms.robot_pose(frame, robot_frame, cancellation)
+        return self._parts.transforms.robot_pose(frame, cancellation)
 
     def _filled(self, end: GoalEnd, ends: _Ends) -> MoveBaseResult:
         result = MoveBaseResult(outcome=int(end.outcome), message=end.message)

@@ -3,7 +3,7 @@
 import itertools
 import threading
 from contextlib import contextmanager
-from typing import Callable, Iterator, Optional, Tuple
+from typing import Callable, Dict, Iterator, Optional, Tuple
 
 import rospy
 from nav_msgs.msg import Odometry
@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import velocity_of
 from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Trail, Velocity
+from mesh_navigation.server.ros.localization_ros import Localization
 from mesh_navigation.server.ros.transforms_ros import Transforms
 from mesh_navigation.server.ros.velocity_commands_ros import VelocityCommands
 
@@ -26,6 +27,7 @@ class RobotRos(Robot):
         self,
         commands: VelocityCommands,
         transforms: Transforms,
+        localization: Localization,
         robot_frame: str,
         lost_timeout: float,
         odom_topic: str = "",
@@ -34,6 +36,7 @@ class RobotRos(Robot):
         Args:
             commands: where velocities go.
             transforms: to ask for the pose.
+            localization: without which the robot stands, whatever is commanded.
             robot_frame: the robot's frame in TF.
             lost_timeout: how long to wait for its pose while it drives (s).
             odom_topic: nav_msgs/Odometry, whose twist is in the robot's frame; empty: none.
@@ -46,13 +49,16 @@ class RobotRos(Robot):
         self._commanded = STOP
         self._odometry: Optional[Tuple[float, Velocity]] = None
         self._commands, self._numbers = commands, itertools.count(1)
+        self._moving: Dict[int, float] = {}  # drives that move it now, with their periods
+        self._localization = localization
+        localization.on_lost(self._halt)
         if odom_topic:
             rospy.Subscriber(odom_topic, Odometry, self._on_odometry, queue_size=1)
 
     def state(self) -> RobotState:
         if not self.frame:
             raise RobotLost("the robot's pose is not known: there is no map yet")
-        pose, stamp = self._transforms.newest(self.frame, self._robot_frame)
+        pose, stamp = self._transforms.newest(self.frame)
         fault = pose.fault()
         if fault:
             what = f"the robot's pose ('{self._robot_frame}' in '{self.frame}')"
@@ -79,6 +85,7 @@ class RobotRos(Robot):
         try:
             yield _DrivenRobot(self, number, period)
         finally:
+            self._moving.pop(number, None)
             self._commands.end(number)
 
     def drive(self, velocity: Velocity) -> None:
@@ -89,9 +96,21 @@ class RobotRos(Robot):
         # During a shutdown nobody drives any more, however late it is.
         if rospy.core.is_shutdown_requested() or not velocity.is_finite:
             velocity = STOP
-        # Under the lock: commands leave in the order in which they are noted.
+        # Under the lock: commands leave in the order in which they are noted, and none that moves
+        # the robot after the halt.
         with self._lock:
+            if velocity != STOP and self._localization.look().lost:
+                velocity = STOP
+            self._moving.pop(drive, None)
+            if velocity != STOP:
+                self._moving[drive] = period
             self._commanded = self._commands.send(drive, velocity, period)
+
+    def _halt(self) -> None:
+        """Stop it at once: the next cycle of who drives may be far."""
+        self.trail.clear()  # of a robot that was not where it was believed to be
+        for drive, period in list(self._moving.items()):
+            self.command(drive, STOP, period)
 
     def _velocity(self, now: float) -> Velocity:
         odometry = self._odometry

@@ -18,6 +18,7 @@ from mesh_navigation.plugins.plugin_list import PluginList
 from mesh_navigation.server.map_gate import MapGate
 from mesh_navigation.server.plan_store import PlanStore
 from mesh_navigation.server.ros.action_server_node import ActionServer
+from mesh_navigation.server.ros.localization_ros import Localization
 from mesh_navigation.server.ros.robot_ros import RobotRos
 from mesh_navigation.server.ros.transforms_ros import Transforms
 from mesh_navigation.server.slots import ConcurrencySlots, SlotJob
@@ -36,6 +37,8 @@ class Parts(NamedTuple):
     """Where the map comes from, and the plugins that are ready for it."""
     transforms: Transforms
     """For poses in other frames, and for the robot's."""
+    localization: Localization
+    """Without which the robot does not move."""
     robot: RobotRos
     """To be driven."""
     clock: Clock
