@@ -3,6 +3,7 @@
 
 import collections
 import io
+import math
 import os
 import signal
 import subprocess
@@ -15,12 +16,12 @@ import rospy
 import rostest
 import tf2_ros
 from dynamic_reconfigure.client import Client
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import Pose2D, PoseWithCovarianceStamped, Twist
 from mesh_msgs.arrays import MeshGeometryStamped, MeshVertexCostsStamped
-from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
-from server_process import program, write_map
+from robot_process import RobotProcess, position_of
+from server_process import write_map
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -35,99 +36,6 @@ from mesh_msgs.testing_ros import HeardDiagnostics
 from mesh_msgs.transform import rotation_and_translation
 
 GRID = zoo.grid()  # 10 m x 10 m, at the height 0
-
-
-class RobotProcess:
-    """A robot in a namespace of its own, and what it publishes."""
-
-    def __init__(self, name, **parameters):
-        self.name = name
-        parameters = {
-            "odom_frame": f"{name}_odom",
-            "footprint_frame": f"{name}_footprint",
-            "base_frame": f"{name}_base",
-            "sensor_frame": f"{name}_laser",
-            **parameters,
-        }
-        for key, value in parameters.items():
-            rospy.set_param(f"/{name}/surface_robot/{key}", value)
-        self.log = tempfile.NamedTemporaryFile("r", prefix=name, suffix=".log")
-        with open(self.log.name, "w") as log:
-            self.process = subprocess.Popen(
-                [program("mesh_navigation", "surface_robot"), f"__ns:={name}"],
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                env=dict(os.environ),
-            )
-        self.heard = collections.defaultdict(list)
-        types = {
-            "odom": Odometry,
-            "surface_robot/pose": PoseStamped,
-            "surface_robot/markers": MarkerArray,
-        }
-        self._subscribers = [self._listen(topic, kind) for topic, kind in types.items()]
-        self._publishers = {}
-
-    def _listen(self, topic, kind):
-        heard = self.heard[topic]
-        return rospy.Subscriber(f"/{self.name}/{topic}", kind, heard.append)
-
-    def listen(self, topic, kind):
-        self._subscribers.append(self._listen(topic, kind))
-
-    def send(self, topic, message):
-        """Publish; the first time, wait for the connection."""
-        if topic not in self._publishers:
-            name = f"/{self.name}/{topic}"
-            self._publishers[topic] = rospy.Publisher(name, type(message), queue_size=10)
-            publisher = self._publishers[topic]
-            wait_until(publisher.get_num_connections, f"a subscriber of {name}")
-        self._publishers[topic].publish(message)
-
-    def wait_for_pose(self, condition=lambda position: True):
-        """The next true pose that fulfills the condition."""
-        poses = self.heard["surface_robot/pose"]
-        begin = len(poses)
-        place = []
-
-        def found():
-            new = poses[begin:]
-            place[:] = [message for message in new if condition(position_of(message.pose))]
-            return place
-
-        wait_until(found, f"a pose of {self.name}; it says: {self.output()}")
-        return place[0]
-
-    def drive(self, x, condition):
-        """Command a speed until the condition holds."""
-        command = Twist()
-        command.linear.x = x
-        poses = self.heard["surface_robot/pose"]
-
-        def done():
-            self.send("cmd_vel", command)
-            rospy.rostime.wallsleep(0.02)
-            return poses and condition(position_of(poses[-1].pose))
-
-        wait_until(done, "a place")
-
-    def output(self):
-        self.log.seek(0)
-        return self.log.read()
-
-    def stop(self):
-        """End it as Ctrl+C does; returns its exit code."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-        try:
-            return self.process.wait(30)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            raise
-
-
-def position_of(pose):
-    return np.array([pose.position.x, pose.position.y, pose.position.z])
 
 
 def transforms_of(messages):
@@ -355,6 +263,44 @@ class SurfaceRobotTest(unittest.TestCase):
         last = lambda: np.frombuffer(clouds[-1].data, rings)["ring"]  # noqa: E731
         wait_until(lambda: len(last()) and 3 < last().max() < 9, "other rings")
         self.assertIn("scan_dropout is 7.0, outside of", robot.output())
+
+    def test_odometry_slips_drifts_and_jumps(self):
+        robot = self.robot("wrong", mesh_file=self.map_file, initial_pose=[1.0, 5.0, 0.0, 0.0])
+        robot.wait_for_pose()
+
+        def seen():
+            """Where it is along x, and where and in which heading by its odometry."""
+            truths = {m.header.stamp: m.pose for m in list(robot.heard["surface_robot/pose"])}
+            counted = next(m for m in robot.heard["odom"][::-1] if m.header.stamp in truths)
+            turned = counted.pose.pose.orientation
+            yaw = 2 * math.atan2(turned.z, turned.w)
+            x = truths[counted.header.stamp].position.x
+            return np.array([x, *position_of(counted.pose.pose)[:2], yaw])
+
+        def moved():
+            """What has become of that after a while of driving, once it stands."""
+            before = seen()
+            robot.drive(1.0, lambda position: position[0] > before[0] + 0.5)
+            wait_until(lambda: robot.heard["odom"][-1].twist.twist.linear.x == 0, "a stop")
+            return seen() - before
+
+        way, x, y, yaw = moved()
+        np.testing.assert_allclose([x - way, y, yaw], 0.0, atol=1e-6)
+        before = seen()
+        robot.send("surface_robot/odometry_jump", Pose2D(0.5, -0.2, 0.1))
+        wait_until(lambda: seen()[3] != before[3], "a jump")
+        np.testing.assert_allclose(seen() - before, [0.0, 0.5, -0.2, 0.1], atol=1e-6)
+        client = Client("/wrong/surface_robot", timeout=30)
+        self.addCleanup(client.close)
+        client.update_configuration({"slip": 0.5})
+        way, x, y, yaw = moved()
+        np.testing.assert_allclose([np.hypot(x, y), yaw], [2 * way, 0.0], rtol=1e-3, atol=1e-6)
+        client.update_configuration({"slip": 0.0, "odometry_yaw_drift": 0.2})
+        way, x, y, yaw = moved()
+        self.assertAlmostEqual(yaw, 0.2 * way, places=3)
+        robot.send("surface_robot/odometry_jump", Pose2D(math.nan, 0.0, 0.0))
+        wait_until(lambda: "odometry_jump is left out" in robot.output(), "a complaint")
+        self.assertTrue(np.isfinite(seen()).all())
 
     def test_time_of_its_own(self):
         ticks = []

@@ -271,6 +271,54 @@ def test_slip_is_lost_on_the_ground_and_counted_by_the_wheels(slip):
     assert robot.odometry.heading == pytest.approx([math.cos(1), math.sin(1), 0], abs=1e-9)
 
 
+@pytest.mark.parametrize("drift", [0.009, -0.5])
+@pytest.mark.parametrize("speed, step", [(0.5, 0.02), (-0.5, 0.013)])
+def test_the_heading_of_the_odometry_drifts_with_each_meter(drift, speed, step):
+    robot = robot_at((5, 5, 0), 0.3, odometry_yaw_drift=drift)
+    robot.step(Velocity(yaw=1.0), 2.0)  # not by turning
+    assert robot.odometry.heading == pytest.approx([math.cos(2.0), math.sin(2.0), 0], abs=1e-9)
+    before, count = robot.odometry, round(4.0 / step)
+    for _ in range(count):
+        robot.step(Velocity(speed), step)
+    way = abs(speed) * step * count
+    turned = 2.0 + drift * way
+    heading = robot.odometry.heading
+    assert heading == pytest.approx([math.cos(turned), math.sin(turned), 0], abs=1e-9)
+    # An arc of that length, of which the chord is known.
+    chord = math.copysign(2 / abs(drift) * math.sin(abs(drift) * way / 2), speed)
+    middle = 2.0 + drift * way / 2
+    moved = robot.odometry.position - before.position
+    assert moved == pytest.approx([chord * math.cos(middle), chord * math.sin(middle), 0], abs=1e-6)
+    assert robot.pose.heading == pytest.approx([math.cos(2.3), math.sin(2.3), 0], abs=1e-9)
+
+
+def test_slip_and_drift_change_while_it_drives():
+    robot = robot_at((2, 5, 0))
+    robot.step(Velocity(1.0), 1.0)
+    robot.change_odometry(1.0, 0.0)
+    robot.step(Velocity(1.0), 0.5)
+    assert robot.pose.position == pytest.approx([3, 5, 0], abs=1e-9)
+    robot.change_odometry(0.0, 0.1)
+    robot.step(Velocity(1.0), 1.0)
+    assert robot.pose.position == pytest.approx([4, 5, 0], abs=1e-9)
+    assert robot.drift == pytest.approx(0.1)
+
+
+def test_the_odometry_jumps_in_its_own_frame():
+    robot = robot_at((5, 5, 0), 1.0)
+    robot.step(Velocity(yaw=math.pi / 2), 1.0)
+    truth = robot.pose
+    robot.jump_odometry(0.5, -0.1, 0.2)
+    assert robot.odometry.position == pytest.approx([0.1, 0.5, 0], abs=1e-9)
+    turned = math.pi / 2 + 0.2
+    heading = [math.cos(turned), math.sin(turned), 0]
+    assert robot.odometry.heading == pytest.approx(heading, abs=1e-9)
+    assert robot.pose.position.tolist() == truth.position.tolist()
+    robot.step(Velocity(1.0), 1.0)  # and counts on from there
+    expected = np.array([0.1, 0.5, 0]) + heading
+    assert robot.odometry.position == pytest.approx(expected, abs=1e-9)
+
+
 @pytest.mark.parametrize("noise", ["noise", "odometry_noise"])
 @pytest.mark.parametrize("step", [0.02, 0.004])
 def test_noise_adds_up_as_it_says_whatever_the_steps(noise, step):
@@ -349,6 +397,11 @@ def test_what_is_no_place_is_refused(pose, text):
     with pytest.raises(MeshMapError, match=text):
         robot.put(pose)
     assert robot.pose.position.tolist() == [5, 5, 0]
+
+
+def test_an_impossible_drift_is_refused():
+    with pytest.raises(ValueError, match="drift of an odometry is nan"):
+        robot_at((5, 5, 0), odometry_yaw_drift=math.nan)
 
 
 @pytest.mark.parametrize("slip", [-0.1, 1.1, math.nan])

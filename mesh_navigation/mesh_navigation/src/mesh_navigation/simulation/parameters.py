@@ -34,7 +34,18 @@ SCAN_PARAMETERS = (
         " two clouds; 0: all at once",
     ),
 )
-"""Of the lidar; these change while the node runs, by dynamic_reconfigure, too."""
+"""Of the lidar."""
+
+ODOMETRY_PARAMETERS = (
+    Parameter("slip", 0.0, 0.0, 1.0, "share of what the wheels turn that does not move it"),
+    Parameter(
+        "odometry_yaw_drift", 0.0, -3.2, 3.2, "heading that the odometry gains on a meter (rad)"
+    ),
+)
+"""Of what is wrong with the odometry."""
+
+CHANGING_PARAMETERS = SCAN_PARAMETERS + ODOMETRY_PARAMETERS
+"""Those that change while the node runs, by dynamic_reconfigure, too."""
 
 PARAMETERS = (
     # The map.
@@ -57,7 +68,7 @@ PARAMETERS = (
     Parameter("max_slope", 1.0, 0.0, 3.2, "steeper faces stop the robot (rad)"),
     Parameter("max_step", 0.2, 0.0, 10.0, "but sides of steps do not that are not higher (m)"),
     Parameter("cmd_vel_timeout", 0.5, 0.0, 100.0, "it stops without a command for so long (s)"),
-    Parameter("slip", 0.0, 0.0, 1.0, "share of what the wheels turn that does not move it"),
+    *ODOMETRY_PARAMETERS,
     Parameter("motion_noise", 0.0, 0.0, 1.0, "m after 1 m, rad after 1 rad (standard deviation)"),
     Parameter("odometry_noise", 0.0, 0.0, 1.0, "the same, of what the odometry counts"),
     Parameter("seed", 0, 0, None, "of all noise"),

@@ -127,6 +127,7 @@ class SurfaceRobot:
         slip: float = 0.0,
         noise: float = 0.0,
         odometry_noise: float = 0.0,
+        odometry_yaw_drift: float = 0.0,
         limits: BaseLimits = BaseLimits(),
         max_slope: Optional[float] = None,
         max_step: float = 0.2,
@@ -140,15 +141,14 @@ class SurfaceRobot:
             slip: share of what its wheels turn that does not move it, 0 to 1.
             noise: of the motion on the ground, see `MotionNoise`; wheels do not count it.
             odometry_noise: of what wheels count.
+            odometry_yaw_drift: what the heading that they count gains on each meter (rad/m).
             limits: of its base.
             max_slope: rad; it does not enter faces that are steeper. None: it climbs walls, too.
             max_step: m; with max_slope: sides of steps that are not higher do not stop it.
             is_free: whether a place (3,) is not within something else; it does not go there.
         """
         self.geometry: MeshGeometry = getattr(surface, "geometry", surface)
-        if not 0 <= slip <= 1:
-            raise ValueError(f"slip of a robot is {slip}, but has to be from 0 to 1")
-        self._slip = slip
+        self.change_odometry(slip, odometry_yaw_drift)
         self._noise = MotionNoise(noise, seed)
         self._counting = MotionNoise(odometry_noise, seed + 1)
         self._wheels = Wheels(limits)
@@ -163,6 +163,28 @@ class SurfaceRobot:
         self._counted = np.zeros(3)
         self.drift = -_yaw(self.place.direction)
         """Heading of the odometry minus the true one (rad)."""
+
+    def change_odometry(self, slip: float, yaw_drift: float) -> None:
+        """How wrong it is from now on, see ``slip`` and ``odometry_yaw_drift`` of the class.
+
+        Raises:
+            ValueError: there is no such slip or drift.
+        """
+        if not 0 <= slip <= 1:
+            raise ValueError(f"slip of a robot is {slip}, but has to be from 0 to 1")
+        if not math.isfinite(yaw_drift):
+            raise ValueError(f"the drift of an odometry is {yaw_drift}, but has to be finite")
+        self._slip, self._yaw_drift = slip, yaw_drift
+
+    def jump_odometry(self, x: float, y: float, yaw: float) -> None:
+        """The odometry jumps, the robot stays.
+
+        Args:
+            x, y: ahead and to the left, as it was before (m).
+            yaw: to the left (rad).
+        """
+        self._counted = self._counted + rotate(self.odometry.orientation, (x, y, 0.0))
+        self.drift += yaw
 
     def put(self, pose: Pose) -> None:
         """Put the robot elsewhere, standing still; the odometry does not notice.
@@ -216,6 +238,8 @@ class SurfaceRobot:
             self._wheels.block()
             wheels = wheels._replace(distance=wheels.distance * share)
         counted = self._counting.on(wheels)
+        drifted = counted.turn + self._yaw_drift * abs(counted.distance)
+        counted = counted._replace(turn=drifted)
         moved = _chord(ground) * share
         along = (self.place.position - before.position) / moved if moved else middle.direction
         astray = counted.turn - ground.turn

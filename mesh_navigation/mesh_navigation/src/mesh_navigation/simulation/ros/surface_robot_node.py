@@ -1,12 +1,13 @@
 """The node surface_robot: a simulated robot on a map, driven by cmd_vel."""
 
+import math
 import queue
 import sys
 import time
 from typing import Any, Callable, Mapping, Optional, Sequence
 
 import rospy
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import Pose2D, PoseWithCovarianceStamped, Twist
 from mesh_msgs_hdf5.files.probe import check_node_path
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs.init_node import init_node, spin, until_shutdown
@@ -27,7 +28,7 @@ from mesh_navigation.base.messages import pose_from_message, velocity_of
 from mesh_navigation.base.pose import Pose, vector_text
 from mesh_navigation.simulation.obstacle_messages import ObstacleMarkers
 from mesh_navigation.simulation.obstacles import is_within, read_obstacles
-from mesh_navigation.simulation.parameters import PARAMETERS, SCAN_PARAMETERS, check_frames
+from mesh_navigation.simulation.parameters import CHANGING_PARAMETERS, PARAMETERS, check_frames
 from mesh_navigation.simulation.placing import initial_pose, put_down
 from mesh_navigation.simulation.robot_lidar import RobotLidar, lidar_model
 from mesh_navigation.simulation.robot_messages import numbers_in
@@ -72,7 +73,7 @@ class SurfaceRobotNode:
         self._obstruction, self._silent_until = "", 0.0
         self._diagnostics = Diagnostics("robot", self._status)
         self._server = ParameterServer(
-            rospy.get_name(), SCAN_PARAMETERS, self._values, self._change
+            rospy.get_name(), CHANGING_PARAMETERS, self._values, self._change
         )
 
     def run(self) -> None:
@@ -85,6 +86,7 @@ class SurfaceRobotNode:
         rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1)
         self._subscribe("initialpose", PoseWithCovarianceStamped, self._put)
         self._subscribe("~obstacles", MarkerArray, self._change_obstacles)
+        self._subscribe("~odometry_jump", Pose2D, self._jump_odometry)
         if values["costs_topic"] and not len(values["initial_pose"]):
             self._costs = StartCosts(values["costs_topic"], lambda: self._jobs.put(self._begin))
         if values["mesh_file"]:
@@ -205,16 +207,18 @@ class SurfaceRobotNode:
         return RobotLidar(mesh_map, lidar_model(self._values), self._values["seed"] + 2)
 
     def _change(self, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Parameters of the lidar, told by dynamic_reconfigure; all that are in force."""
-        self._values, complaints = read_parameters(SCAN_PARAMETERS, given, self._values)
+        """Parameters of lidar and odometry, told by dynamic_reconfigure; all that are in force."""
+        self._values, complaints = read_parameters(CHANGING_PARAMETERS, given, self._values)
         for complaint in complaints:
             rospy.logwarn("parameter ~%s", complaint)
-        self._jobs.put(self._take_other_lidar)
+        self._jobs.put(self._take_other_values)
         return self._values
 
-    def _take_other_lidar(self) -> None:
-        if self._map is not None:
+    def _take_other_values(self) -> None:
+        values = self._values
+        if self._map is not None and self._robot is not None:
             self._lidar = self._made_lidar(self._map)
+            self._robot.body.change_odometry(values["slip"], values["odometry_yaw_drift"])
 
     def _wait_for_costs(self, topic: str, mesh_map: MeshMap) -> None:
         if mesh_map is not self._waiting:
@@ -235,6 +239,7 @@ class SurfaceRobotNode:
                 slip=values["slip"],
                 noise=values["motion_noise"],
                 odometry_noise=values["odometry_noise"],
+                odometry_yaw_drift=values["odometry_yaw_drift"],
                 limits=BaseLimits(*(values[f"max_{name}"] for name in BaseLimits._fields)),
                 max_slope=values["max_slope"],
                 max_step=values["max_step"],
@@ -276,6 +281,14 @@ class SurfaceRobotNode:
                 self._lidar.begin_anew()
         except MeshMapError as error:
             rospy.logwarn("%s: initialpose: %s", rospy.get_name(), error)
+
+    def _jump_odometry(self, message: Pose2D) -> None:
+        jump = message.x, message.y, message.theta
+        if not all(map(math.isfinite, jump)):
+            text = "%s: odometry_jump is left out, (%g, %g, %g) is not finite"
+            rospy.logwarn(text, rospy.get_name(), *jump)
+        elif self._robot is not None:
+            self._robot.body.jump_odometry(*jump)
 
     def _change_obstacles(self, message: MarkerArray) -> None:
         frame = "map" if self._map is None else self._map.frame_id
