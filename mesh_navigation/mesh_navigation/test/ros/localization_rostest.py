@@ -9,6 +9,7 @@ import rospy
 import rostest
 from mbf_msgs.msg import GetPathActionResult
 from mbf_msgs.srv import CheckPose
+from driven_robot import path_to
 from navigation_process import ActionTopics, NodeProcess
 from server_process import stamped, write_map
 from stepped_robot import SteppedRobot
@@ -22,6 +23,7 @@ from mesh_msgs.testing_ros import HeardDiagnostics
 LOST, UNCERTAIN, KNOWN = LocalizationState.LOST, LocalizationState.UNCERTAIN, LocalizationState.OK
 SUCCEEDED, ABORTED = 3, 4
 TOPIC = "/localizer/state"
+MAP = write_map(zoo.grid())
 WHY = "12 % of the rays are explained"
 # Far more than any cycle of a busy computer takes.
 PATIENT = {"odom_timeout": 20.0, "map_timeout": 20.0, "controller_patience": 60.0}
@@ -29,7 +31,7 @@ PATIENT = {"odom_timeout": 20.0, "map_timeout": 20.0, "controller_patience": 60.
 
 def server(name, **given):
     values = {"localization_topic": TOPIC, "localization_timeout": 1.0, **PATIENT, **given}
-    values["mesh_map"] = {"mesh_file": write_map(zoo.grid()), "layers": []}
+    values.setdefault("mesh_map", {"mesh_file": MAP, "layers": []})
     return NodeProcess(name, "mbf_mesh_nav", **values)
 
 
@@ -173,6 +175,27 @@ class LocalizationTest(unittest.TestCase):
         for key in keys:
             self.ends("get_path", key, SUCCEEDED, 0)
 
+    def test_sensors_that_are_blind_until_the_robot_is_localized(self):
+        """What is waited for is the localization, for as long as that takes."""
+        layers = [{"name": "obstacles", "type": "mesh_layers/ObstacleLayer"}]
+        seen = {"topic": "/cloud", "sensor_frame": "base_link", "robot_height": 1.0}
+        node = server(
+            "blind",
+            planner_patience=0.5,
+            controller_patience=0.5,
+            mesh_map={"mesh_file": MAP, "layers": layers, "obstacles": seen},
+            localization_patience=2.0,
+        )
+        self.robot.say(LOST, WHY)
+        try:
+            self.refused("blind", node, "(localization_patience)", WHY)
+            actions = ActionTopics("blind", "get_path", node)
+            start = {"use_start_pose": True, "start_pose": stamped((2.0, 2.0, 0.0))}
+            key = actions.send("given", target_pose=stamped((8.0, 5.0, 0.0)), **start)
+            self.assertIn("planner_patience", actions.answer(key)[1].message)
+        finally:
+            node.kill()
+
     def test_patience_that_ends(self):
         topic = "/impatient/state"
         localizer = rospy.Publisher(topic, LocalizationState, queue_size=1, latch=True)
@@ -193,7 +216,7 @@ class LocalizationTest(unittest.TestCase):
     def refused(self, name, node, parameter, reason):
         """All goals that need the robot's pose are, in time, and nothing moves."""
         target = stamped((8.0, 5.0, 0.0))
-        path, self.robot.says = self.path_to(8.0, 5.0), (KNOWN, "")
+        path = path_to(8.0, 5.0)
         self.robot.forget()
         for action, outcome, fields in (
             ("get_path", 57, {"target_pose": target}),

@@ -75,7 +75,7 @@ class Server(ExePathServer):
         values = values_with(cmd_vel_ignored_tolerance=0.0)()
         fakes = self.fakes
         parts = Parts(
-            None, fakes, None, fakes, None, None, robot, SystemClock(), values, PlanStore()
+            None, fakes, None, fakes, None, BELIEVED, robot, SystemClock(), values, PlanStore()
         )
         super().__init__(parts)
         self.refused, self.before_the_answer = threading.Event(), lambda: None

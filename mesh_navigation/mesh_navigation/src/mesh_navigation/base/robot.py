@@ -186,10 +186,11 @@ class GuardedRobot(Robot):
         return self._robot.trail
 
     def state(self) -> RobotState:
+        state = self._robot.state()  # without which sensors may say nothing, too
         gap = self._gap()
         if gap:
             raise MapGap(gap)
-        return self._robot.state()
+        return state
 
     def drive(self, velocity: Velocity) -> None:
         # Under the lock: no command can overtake the last stop.

@@ -85,11 +85,7 @@ class ExePathServer(SlotActionServer):
             drive = running.data = _RunningDrive(name, running.key)
         with cancellation.calling(lambda: drive.cancellation.cancel(cancellation.reason)):
             try:
-                drive.ready = ready = self._parts.gate.wait_for_data(
-                    drive.cancellation,
-                    self._parts.values["controller_patience"],
-                    "controller_patience",
-                )
+                drive.ready = ready = self._ready(drive.cancellation)
                 # What a goal changes in its controller is its own.
                 controller = copy.copy(ready.controllers[name])
                 self._parts.robot.frame = ready.map.frame_id
@@ -101,6 +97,13 @@ class ExePathServer(SlotActionServer):
             except NotReady as refusal:
                 return self._without_driving(refusal.kind, refusal.message)
         return self._result_of(result)
+
+    def _ready(self, cancellation: Cancellation) -> Ready:
+        """The map; where the robot is localized, with what sensors see."""
+        if self._parts.localization.look().lost:
+            return self._parts.gate.wait(cancellation)  # the drive waits, and says for what
+        patience = self._parts.values["controller_patience"]
+        return self._parts.gate.wait_for_data(cancellation, patience, "controller_patience")
 
     def _period(self) -> float:
         return control_period(self._parts.values)

@@ -50,6 +50,9 @@ class GetPathServer(SlotActionServer):
         ready, ends = None, None
         try:
             self._current_goal.publish(goal.target_pose)
+            if not goal.use_start_pose:
+                frame = self._parts.gate.wait(cancellation).map.frame_id
+                self._parts.transforms.wait_until_localized(frame, cancellation)
             patience = self._parts.values["planner_patience"]
             ready = self._parts.gate.wait_for_data(cancellation, patience, "planner_patience")
             planner = ready.planners[name]

@@ -89,6 +89,8 @@ class MoveBaseServer(SlotActionServer):
     def _execute(self, running: RunningGoal, name: str, cancellation: Cancellation) -> Any:
         goal = running.get_goal()
         try:
+            frame = self._parts.gate.wait(cancellation).map.frame_id
+            self._parts.transforms.wait_until_localized(frame, cancellation)
             patience = self._parts.values["planner_patience"]
             ready = self._parts.gate.wait_for_data(cancellation, patience, "planner_patience")
             ends = self._ends(goal, ready.map, cancellation)

@@ -97,12 +97,20 @@ class Transforms:
         Raises:
             NotReady: TF_ERROR or CANCELED.
         """
-        return self._awaited(
-            lambda: self.newest(frame)[0],
-            f"no pose of the robot ('{self._robot_frame}' in '{frame}')",
-            cancellation,
-            patient,
-        )
+        missing = self._no_pose(frame)
+        return self._awaited(lambda: self.newest(frame)[0], missing, cancellation, patient)
+
+    def wait_until_localized(self, frame: str, cancellation: Cancellation) -> None:
+        """Before anything else is waited for that a robot without localization does not have, as
+        what its sensors see.
+
+        Raises:
+            NotReady: TF_ERROR or CANCELED.
+        """
+        self._awaited(self._localization.check, self._no_pose(frame), cancellation, True)
+
+    def _no_pose(self, frame: str) -> str:
+        return f"no pose of the robot ('{self._robot_frame}' in '{frame}')"
 
     def newest(self, frame: str) -> Tuple[Pose, float]:
         """The robot's newest pose in a frame, and its time (s); never waits.
