@@ -47,7 +47,8 @@ PYTHON = {
     "example_mesh_navigation": [{""}],
     "mesh_localization": [
         {"ros"},
-        {"relocalization"},
+        {"node"},
+        {"relocalization", "sensing"},
         {"tracking"},
         {""},
     ],

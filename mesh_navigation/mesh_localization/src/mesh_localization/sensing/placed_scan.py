@@ -1,0 +1,52 @@
+"""A scan in the frame of the robot's base, with the motion meanwhile undone."""
+
+from typing import Any, Callable, NamedTuple
+
+import genpy
+import numpy as np
+from mesh_map.registration.rigid import inverse, moved
+from mesh_map.scans.cloud_values import CloudValues
+from mesh_map.scans.motion import undo_motion
+
+from mesh_localization.sensing.sensor_scan import SensorScan
+from mesh_localization.tracking.localizer import BaseScan
+
+PoseAt = Callable[[float], np.ndarray]
+"""(4, 4) in the odometry's frame, of an offset (s) from a stamp."""
+
+
+class PlacedScan(NamedTuple):
+    """
+    Attributes:
+        scan: in the frame of the base.
+        odometry: (4, 4) of the base in the odometry's frame, at the time of the scan.
+        sensor: (4, 4) of the sensor in the base.
+        stamp: genpy.Time of that time.
+        frame: of the sensor.
+    """
+
+    scan: BaseScan
+    odometry: np.ndarray
+    sensor: np.ndarray
+    stamp: Any
+    frame: str
+
+
+def placed_scan(scan: SensorScan, sensor_at: PoseAt, base_at: PoseAt) -> PlacedScan:
+    """The scan as if all of it had been measured at once.
+
+    Args:
+        scan: of a sensor.
+        sensor_at, base_at: where both are; what these raise is raised.
+    """
+    still = undo_motion(CloudValues(scan.points), scan.offsets, sensor_at)
+    odometry = base_at(still.offset)
+    sensor = inverse(odometry) @ still.pose
+    origins = sensor[:3, 3]
+    if still.values.origins is not None:
+        origins = moved(sensor, still.values.origins)
+    stamp = scan.stamp
+    if still.offset:
+        stamp = stamp + genpy.Duration.from_sec(still.offset)
+    base_scan = BaseScan(moved(sensor, still.values.points), origins, stamp.to_sec())
+    return PlacedScan(base_scan, odometry, sensor, stamp, scan.frame)
