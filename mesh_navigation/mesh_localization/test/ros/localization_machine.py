@@ -89,7 +89,8 @@ class Machine:
             publish_clock=True,
             localization=False,
             initial_pose=[float(number) for number in start],
-            odometry_noise=0.05,
+            odometry_noise=0.01,
+            slip=0.01,
             scan_noise=0.015,
             scan_rate=10.0,
         )

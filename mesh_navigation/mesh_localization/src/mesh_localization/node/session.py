@@ -218,6 +218,9 @@ class LocalizationSession:
             reason = ""
         else:
             reason = self._with_faults(estimate.reason)
+        last = self._added
+        if last is None or estimate.time - last.scan.time > self._options.silence:
+            return Report(estimate.state, reason, estimate)
         return Report(estimate.state, reason, estimate, self._explained, self._residual)
 
     def _with_faults(self, reason: str) -> str:
