@@ -61,7 +61,8 @@ def test_names_are_found_in_the_code_of_every_node(uses):
         ("parameter", "import_folder"),
     } <= found
     assert len(found) > 90
-    assert {node.package for node in NODES} == {"mesh_msgs_hdf5", "mesh_map", "mesh_navigation"}
+    packages_with_nodes = {"mesh_msgs_hdf5", "mesh_map", "mesh_navigation", "mesh_localization"}
+    assert {node.package for node in NODES} == packages_with_nodes
 
 
 @pytest.fixture(scope="module")

@@ -64,7 +64,7 @@ class LocalizationSession:
         target: the map; None: there is none.
         map_fault: why there is no map.
         scan_fault: why the last scan was not used; empty where it was.
-        refused: why a start could not be taken; empty where it could.
+        start_refusal: why a start could not be taken; empty where it could.
     """
 
     def __init__(
@@ -84,20 +84,20 @@ class LocalizationSession:
         self.least_motion = least_motion
         self.target: Optional[PlaneTarget] = None
         self.map_fault = "there is no map yet"
-        self.scan_fault = self.refused = ""
+        self.scan_fault = self.start_refusal = ""
         self._options, self._variances, self._height = options, variances, base_height
         self._localizer: Optional[Localizer] = None
         self._start: Optional[Start] = None  # that waits for map and odometry
         self._start_fault = ""
         self._added: Optional[PlacedScan] = None
         self._explained = self._residual = math.nan
-        self._hint, self._hint_time = "", -math.inf
+        self._turned_fault, self._turned_time = "", -math.inf
 
     def begin_anew(self) -> None:
         """Forget the robot, and the start that waits; the map stays."""
         self._localizer = self._start = self._added = None
-        self._start_fault = self.scan_fault = self._hint = ""
-        self._hint_time = -math.inf
+        self._start_fault = self.scan_fault = self._turned_fault = ""
+        self._turned_time = -math.inf
         self._explained = self._residual = math.nan
 
     def take_options(self, options: TrackingOptions) -> None:
@@ -122,7 +122,7 @@ class LocalizationSession:
 
     def begin_at(self, start: Start) -> None:
         """The robot is here, as soon as there are a map and odometry."""
-        self._start, self.refused = start, ""
+        self._start, self.start_refusal = start, ""
 
     def put(self, pose: np.ndarray, covariance: np.ndarray, scan: PlacedScan) -> None:
         """A scan was found to lie here.
@@ -136,7 +136,7 @@ class LocalizationSession:
         self._start = None
         self._localizer = Localizer(self.target, self._options)
         self._localizer.put(pose, covariance, scan.odometry, scan.scan.time)
-        self._hint = ""
+        self._turned_fault = ""
 
     def last_pose(self) -> Optional[np.ndarray]:
         """(4, 4) of the base in the map, as far as it is known; None before it was put anywhere."""
@@ -199,21 +199,21 @@ class LocalizationSession:
         self._start, self._start_fault = None, ""
         pose = on_ground(target.index, target.normals, start.pose, self._height)
         if pose is None:
-            self.refused = "there is no ground above or below (%.2f, %.2f)" % tuple(
+            self.start_refusal = "there is no ground above or below (%.2f, %.2f)" % tuple(
                 start.pose[:2, 3]
             )
             return
         covariance = start_covariance(start.covariance, self._variances)
         self._localizer = Localizer(target, self._options)
         self._localizer.put(pose, turned_covariance(covariance, inverse(pose)), odometry, time)
-        self._added, self._hint = None, ""
+        self._added, self._turned_fault = None, ""
 
     def _report(self, estimate: Optional[Estimate]) -> Report:
         if self.target is None:
             return Report(TrackingState.LOST, self.map_fault)
         if estimate is None:
-            reason = self._start_fault or self.refused or _NOT_TOLD
-            return Report(TrackingState.LOST, self._with_faults(reason))
+            fault = self._start_fault or self.start_refusal or _NOT_TOLD
+            return Report(TrackingState.LOST, self._with_faults(fault))
         if estimate.state == TrackingState.OK:
             reason = ""
         else:
@@ -224,18 +224,18 @@ class LocalizationSession:
         return Report(estimate.state, reason, estimate, self._explained, self._residual)
 
     def _with_faults(self, reason: str) -> str:
-        return "; ".join(part for part in (reason, self._hint, self.scan_fault) if part)
+        return "; ".join(part for part in (reason, self._turned_fault, self.scan_fault) if part)
 
     def _look_whether_turned(self, scan: PlacedScan, estimate: Estimate) -> None:
         """Whether the scan of a robot that is not known fits if its sensor is turned over."""
         assert self.target is not None and estimate.fates is not None
         if estimate.state == TrackingState.OK:
-            self._hint = ""
+            self._turned_fault = ""
             return
         time = scan.scan.time
-        if not _TURNED_PERIOD <= abs(time - self._hint_time):
+        if not _TURNED_PERIOD <= abs(time - self._turned_time):
             return
-        self._hint_time = time
+        self._turned_time = time
         turn = scan.sensor @ _HALF_TURN @ inverse(scan.sensor)
         points = moved(turn, scan.scan.points)
         origins = moved(turn, np.broadcast_to(scan.scan.origins, points.shape))
@@ -246,7 +246,7 @@ class LocalizationSession:
             matching=RAYS,
             max_distance=_TURNED_REACH,
         )
-        self._hint = ""
+        self._turned_fault = ""
         if found is not None:
             options = self._options
             fates = ray_fates(self.target, points, origins, found.pose, options.tolerance)
@@ -254,6 +254,6 @@ class LocalizationSession:
             before = estimate.fates.count(RayFate.EXPLAINED)
             explained = fates.count(RayFate.EXPLAINED)
             if fates.share >= options.ok_share and explained >= max(many, 1.5 * before):
-                self._hint = "the scan fits upside down: frame %s is the wrong way up in TF" % (
-                    scan.frame or "of the sensor"
+                self._turned_fault = (
+                    "the scan fits upside down: frame %s is the wrong way up in TF" % scan.frame
                 )

@@ -210,10 +210,10 @@ class LocalizationNode:
         if self._map is None:
             self._session.map_fault = self._maps.fault
         report = self._session.look(now.to_sec(), self._odometry.now)
-        if self._session.refused:
+        if self._session.start_refusal:
             text = "%s: initialpose cannot be used: %s"
-            rospy.logwarn(text, rospy.get_name(), self._session.refused)
-            self._session.refused = ""
+            rospy.logwarn(text, rospy.get_name(), self._session.start_refusal)
+            self._session.start_refusal = ""
         self._tell(report, now)
         if self._map is not None:
             self._topics.tell_through(self._through, self._map.frame, now)

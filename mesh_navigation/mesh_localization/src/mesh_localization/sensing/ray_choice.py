@@ -11,6 +11,6 @@ def chosen_rays(count: int, most: int) -> np.ndarray:
     """
     if count <= most:
         return np.arange(count)
-    edges = np.linspace(0, count, most + 1)
+    edges = np.arange(most + 1) * count // most
     shares = np.random.default_rng(count).random(most)
-    return np.floor(edges[:-1] + shares * np.diff(edges)).astype(np.int64)
+    return edges[:-1] + np.floor(shares * np.diff(edges)).astype(np.int64)

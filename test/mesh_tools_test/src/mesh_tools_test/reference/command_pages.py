@@ -41,6 +41,7 @@ NODES = (
     Program("mbf_mesh_nav", "mesh_navigation/mesh_navigation/nodes/mbf_mesh_nav"),
     Program("goal_bridge", "mesh_navigation/mesh_navigation/nodes/goal_bridge"),
     Program("surface_robot", "mesh_navigation/mesh_navigation/nodes/surface_robot"),
+    Program("mesh_localization", "mesh_navigation/mesh_localization/nodes/mesh_localization"),
 )
 
 

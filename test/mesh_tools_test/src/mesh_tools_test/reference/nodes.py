@@ -2,6 +2,7 @@
 from pathlib import Path
 from typing import Dict, FrozenSet, List, NamedTuple, Tuple
 
+from mesh_localization.node import parameters as localization_parameters
 from mesh_map.base.parameter import Parameter
 from mesh_map.costs.layer import OF_ALL
 from mesh_map.io.map_parameters import FILE_PARAMETERS, GEOMETRY_PARAMETERS
@@ -22,8 +23,9 @@ from mesh_tools_test.reference.repository import ROOT
 _HDF5 = "mesh_msgs_hdf5/src/mesh_msgs_hdf5/"
 _MAP = "mesh_map/src/mesh_map/"
 _NAVIGATION = "mesh_navigation/mesh_navigation/src/mesh_navigation/"
+_LOCALIZATION = "mesh_navigation/mesh_localization/src/mesh_localization/"
 _LIBRARY = "mesh_msgs/src/mesh_msgs/"
-_SOURCES = (_LIBRARY, _HDF5, _MAP, _NAVIGATION)
+_SOURCES = (_LIBRARY, _HDF5, _MAP, _NAVIGATION, _LOCALIZATION)
 
 
 class Node(NamedTuple):
@@ -110,6 +112,14 @@ NODES = (
         "Node `surface_robot`",
         (_NAVIGATION + "simulation",),
         _declared(*simulation_parameters.PARAMETERS),
+    ),
+    Node(
+        "mesh_localization",
+        "mesh_localization",
+        "Node `mesh_localization`",
+        (_LOCALIZATION + "node", _LOCALIZATION + "ros"),
+        _declared(*localization_parameters.PARAMETERS),
+        dynamic=tuple(one.name for one in localization_parameters.DYNAMIC_PARAMETERS),
     ),
 )
 

@@ -45,6 +45,7 @@ PAGES = (
     ("mesh_navigation/mesh_navigation/src/mesh_navigation/commands/", "clients.md"),
     ("mesh_navigation/mesh_navigation/src/mesh_navigation/plugins/", "packages.md"),
     ("mesh_navigation/mesh_navigation/src/mesh_navigation/simulation/", "simulation.md"),
+    ("mesh_navigation/mesh_localization/", "localization.md"),
     ("mesh_navigation/", "driving.md"),
     ("rviz_mesh_plugin/src/label_editing/", "rviz_labels.md"),
     ("rviz_mesh_plugin/src/navigation/", "rviz_navigation.md"),
