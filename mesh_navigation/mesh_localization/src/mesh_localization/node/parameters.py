@@ -51,6 +51,7 @@ DYNAMIC_PARAMETERS = (
     # When a pose is believed.
     Parameter("tolerance", _OPTIONS.tolerance, 0.001, 10.0, "m that points may be off the map"),
     Parameter("ok_share", _OPTIONS.ok_share, 0.0, 1.0, "of the rays, that the map has to explain"),
+    Parameter("sure_share", _OPTIONS.sure_share, 0.0, 1.0, "the same, of who was put or was lost"),
     Parameter("lost_share", _OPTIONS.lost_share, 0.0, 1.0, "with less the robot is lost"),
     Parameter(
         "confirmations", _OPTIONS.confirmations, 1, 1000, "scans in turn that have to agree for OK"
@@ -172,6 +173,7 @@ def tracking_options(values: Mapping[str, Any]) -> TrackingOptions:
         odometry=OdometryModel(*(values["odom_alpha%d" % number] for number in (1, 2, 3, 4))),
         tolerance=values["tolerance"],
         ok_share=values["ok_share"],
+        sure_share=values["sure_share"],
         lost_share=min(values["lost_share"], values["ok_share"]),
         confirmations=values["confirmations"],
         lost_scans=values["lost_scans"],
