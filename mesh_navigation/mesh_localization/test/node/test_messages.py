@@ -140,7 +140,7 @@ def values_of(**given):
 
 
 def test_defaults_are_those_of_the_core():
-    assert tracking_options(values_of()) == TrackingOptions()
+    assert tracking_options(values_of()) == TrackingOptions(base_height=0.0)
 
 
 def test_one_sensor_or_several():

@@ -58,6 +58,13 @@ DYNAMIC_PARAMETERS = (
     ),
     Parameter("lost_scans", _OPTIONS.lost_scans, 1, 1000, "scans in turn that do not fit for LOST"),
     Parameter(
+        "unbelieved_scans",
+        _OPTIONS.unbelieved_scans,
+        1,
+        1000,
+        "scans in turn that are not believed, of a view that is not hidden, for LOST",
+    ),
+    Parameter(
         "ok_position_deviation", _OPTIONS.ok_deviation[0], 0.0, 1000.0, "m; with more: UNCERTAIN"
     ),
     Parameter(
@@ -98,6 +105,7 @@ PARAMETERS = (
     Parameter("odom_frame_id", "odom", description="frame of the odometry"),
     Parameter("base_frame_id", "base_link", description="the robot"),
     Parameter("base_height", 0.0, -100.0, 100.0, "m of base_frame_id above the ground"),
+    Parameter("on_ground", True, description="the robot stands on the map; false: it flies"),
     # The start.
     Parameter("initial_pose_x", 0.0, -1e9, 1e9, "m, where the robot begins, if any is set"),
     Parameter("initial_pose_y", 0.0, -1e9, 1e9, "m"),
@@ -171,12 +179,14 @@ def tracking_options(values: Mapping[str, Any]) -> TrackingOptions:
     """When a pose is believed; limits that contradict each other are put in order."""
     return TrackingOptions(
         odometry=OdometryModel(*(values["odom_alpha%d" % number] for number in (1, 2, 3, 4))),
+        base_height=values["base_height"] if values["on_ground"] else None,
         tolerance=values["tolerance"],
         ok_share=values["ok_share"],
         sure_share=values["sure_share"],
         lost_share=min(values["lost_share"], values["ok_share"]),
         confirmations=values["confirmations"],
         lost_scans=values["lost_scans"],
+        unbelieved_scans=values["unbelieved_scans"],
         ok_deviation=(values["ok_position_deviation"], values["ok_rotation_deviation"]),
         lost_deviation=(values["lost_position_deviation"], values["lost_rotation_deviation"]),
         silence=min(values["scan_timeout"], values["lost_timeout"]),

@@ -138,6 +138,11 @@ class LocalizationSession:
         self._localizer.put(pose, covariance, scan.odometry, scan.scan.time)
         self._turned_fault = ""
 
+    @property
+    def mounting_fault(self) -> str:
+        """What is always off where sensors sit on the robot; empty: nothing."""
+        return "" if self._localizer is None else self._localizer.mounting_fault
+
     def last_pose(self) -> Optional[np.ndarray]:
         """(4, 4) of the base in the map, as far as it is known; None before it was put anywhere."""
         return None if self._localizer is None else self._localizer.predicted()

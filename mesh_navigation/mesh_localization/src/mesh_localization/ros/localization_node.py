@@ -77,6 +77,7 @@ class LocalizationNode:
         self._unusable: "Counter[str]" = Counter()
         self._faults: Dict[str, str] = {}  # of sensors whose last message was not used
         self._complained: Dict[str, float] = {}
+        self._mounting_fault = ""
         self._now = self._correction_due = 0.0
         self._change(self._values)
 
@@ -200,6 +201,9 @@ class LocalizationNode:
         if report is None or self._map is None:
             return
         self._tell(report, max(scan.stamp, rospy.Time.now()))
+        fault, self._mounting_fault = self._mounting_fault, self._session.mounting_fault
+        if self._mounting_fault and not fault:
+            rospy.logwarn("%s: %s", rospy.get_name(), self._mounting_fault)
         self._topics.tell_scan(report, scan, self._map.frame)
         estimate = report.estimate
         if report.state == TrackingState.OK and estimate is not None and estimate.fates is not None:
@@ -258,6 +262,7 @@ class LocalizationNode:
     def _status(self) -> Status:
         """For /diagnostics; from another thread."""
         report, faults = self._report, list(self._faults.values())
+        faults += [self._mounting_fault] if self._mounting_fault else []
         values: Dict[str, Any] = {"state": report.state.name}
         if report.estimate is not None:
             position, rotation = report.estimate.deviations

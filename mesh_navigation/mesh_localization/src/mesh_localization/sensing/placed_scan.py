@@ -48,5 +48,6 @@ def placed_scan(scan: SensorScan, sensor_at: PoseAt, base_at: PoseAt) -> PlacedS
     stamp = scan.stamp
     if still.offset:
         stamp = stamp + genpy.Duration.from_sec(still.offset)
-    base_scan = BaseScan(moved(sensor, still.values.points), origins, stamp.to_sec())
+    points = moved(sensor, still.values.points)
+    base_scan = BaseScan(points, origins, stamp.to_sec(), scan.frame)
     return PlacedScan(base_scan, odometry, sensor, stamp, scan.frame)

@@ -55,8 +55,8 @@ class TrackingOptions:
         least_share: of all rays, how many the map has to explain; with fewer the view is hidden.
         least_rays: the same, their number.
         confirmations: scans one after the other that have to agree before a pose is believed.
-        lost_scans: scans one after the other that are below `lost_share`, and that are not
-            believed, until the robot is lost.
+        lost_scans: scans one after the other that are below `lost_share` until the robot is lost;
+            unbelieved_scans: that are not believed, for whatever reason but a hidden view.
         ok_deviation, lost_deviation: (m, rad), standard deviations in the worst direction from
             which on the state is uncertain, and lost.
         silence: s without a scan that was believed until it is uncertain; lost_silence: until it
@@ -72,7 +72,8 @@ class TrackingOptions:
     least_share: float = 0.2
     least_rays: int = 40
     confirmations: int = 3
-    lost_scans: Tuple[int, int] = (2, 6)
+    lost_scans: int = 2
+    unbelieved_scans: int = 6
     ok_deviation: Tuple[float, float] = (0.15, 0.1)
     lost_deviation: Tuple[float, float] = (3.0, 0.7)
     silence: float = 0.5
@@ -156,8 +157,6 @@ class Localizer:
             options: when a pose is believed.
         """
         self.target, self.options = target, options
-        height = options.base_height
-        self._ground = None if height is None else GroundContact(target, height)
         self._mounting = MountingWatch()
         self._pose: Optional[np.ndarray] = None  # at the last scan that was believed, or put
         self._covariance = np.zeros((6, 6))
@@ -207,20 +206,29 @@ class Localizer:
         """Where the base is now in the frame of the odometry, (4, 4)."""
         self._motion.add(odometry)
 
-    def _predicted(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
-        """(4, 4) of the base in the map by odometry, and by the ground on which it stands, and its
-        covariance (6, 6); None before it was put anywhere."""
+    def predicted(self) -> Optional[np.ndarray]:
+        """(4, 4) of the base in the map by odometry and the ground; None before it was put
+        anywhere."""
+        found = self._prior()
+        return None if found is None else found[0]
+
+    def _prior(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+        """The pose before a scan, and its covariance (6, 6)."""
         if self._pose is None:
             return None
         pose = self._pose @ self._motion.step
         covariance = self._motion.grown(self._covariance, self.options.odometry)
-        return (
-            (pose, covariance) if self._ground is None else self._ground.put_down(pose, covariance)
-        )
+        ground = self._ground
+        return (pose, covariance) if ground is None else ground.put_down(pose, covariance)
+
+    @property
+    def _ground(self) -> Optional[GroundContact]:
+        height = self.options.base_height
+        return None if height is None else GroundContact(self.target, height)
 
     def estimate(self, time: float) -> Optional[Estimate]:
         """What is known now, without a new scan; None before it was put anywhere."""
-        found = self._predicted()
+        found = self._prior()
         if found is None:
             return None
         predicted, covariance = found
@@ -234,7 +242,7 @@ class Localizer:
         Returns:
             None before the robot was put anywhere.
         """
-        found = self._predicted()
+        found = self._prior()
         if found is None:
             return None
         predicted, covariance = found
@@ -256,7 +264,8 @@ class Localizer:
             covariance = _posterior(match.found, covariance)
             self._pose, self._covariance = pose, covariance
             if self._followed and match.found.told == 6:
-                height = math.nan if self._ground is None else self._ground.height(pose)
+                ground = self._ground
+                height = math.nan if ground is None else ground.height(pose)
                 self._mounting.add(scan.sensor, match.off[:3], height)
             motion = self._motion
             before = () if match.found.told == 6 else (motion.driven, motion.turned)
@@ -342,7 +351,7 @@ class Localizer:
         through = "%.0f %% of the rays that meet the map go through it" % (100 - 100 * fates.share)
         if self._good >= options.confirmations:
             self._state, self._reason = TrackingState.OK, ""
-        elif self._bad >= options.lost_scans[0] or self._strange >= options.lost_scans[1]:
+        elif self._bad >= options.lost_scans or self._strange >= options.unbelieved_scans:
             self._state, self._reason = TrackingState.LOST, through
         elif self._state != TrackingState.LOST or believed:
             self._state = TrackingState.UNCERTAIN

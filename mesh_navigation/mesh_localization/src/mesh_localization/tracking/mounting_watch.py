@@ -49,8 +49,8 @@ class MountingWatch:
         for name, mean in self._means.items():
             if mean.count >= _LEAST and abs(mean.height) > _MOST_HEIGHT:
                 text = (
-                    "by the scans of %s the base is always %.2f m %s the ground on which it stands: "
-                    "correct base_height, or where the sensor sits"
+                    "by the scans of %s the base is always %.2f m %s the ground on which it "
+                    "stands: correct base_height, or where the sensor sits"
                 )
                 side = "above" if mean.height > 0 else "below"
                 return text % (name or "the sensor", abs(mean.height), side)
