@@ -19,6 +19,11 @@ from mesh_msgs.diagnostics_ros import ERROR, OK, WARN
 from mesh_msgs.msg import LocalizationState
 from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import HeardDiagnostics
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.base.robot import STOP, NotLocalized, Velocity
+from mesh_navigation.server.ros.localization_ros import Localization
+from mesh_navigation.server.ros.robot_ros import RobotRos
 
 LOST, UNCERTAIN, KNOWN = LocalizationState.LOST, LocalizationState.UNCERTAIN, LocalizationState.OK
 SUCCEEDED, ABORTED = 3, 4
@@ -33,6 +38,23 @@ def server(name, **given):
     values = {"localization_topic": TOPIC, "localization_timeout": 1.0, **PATIENT, **given}
     values.setdefault("mesh_map", {"mesh_file": MAP, "layers": []})
     return NodeProcess(name, "mbf_mesh_nav", **values)
+
+
+class Commands:
+    """A guard that notes what it gets."""
+
+    def __init__(self):
+        self.sent = []
+
+    def wait(self, cancellation):
+        pass
+
+    def send(self, drive, velocity, period):
+        self.sent.append((drive, velocity))
+        return velocity
+
+    def end(self, drive):
+        pass
 
 
 class LocalizationTest(unittest.TestCase):
@@ -124,6 +146,30 @@ class LocalizationTest(unittest.TestCase):
         self.robot.say(KNOWN)
         result = self.ends("exe_path", key, SUCCEEDED, 0)
         self.assertLess(abs(result.final_pose.pose.position.x - 8.0), 0.15)
+
+    def test_between_two_commands_it_is_stopped_too(self):
+        """Those that move it, that is, however far their next cycle is; others are left alone."""
+        topic, forward, commands = "/between/state", Velocity(0.5), Commands()
+        localizer = rospy.Publisher(topic, LocalizationState, queue_size=10, latch=True)
+        localization = Localization(topic, 1e6, 0.0)
+        robot, going = RobotRos(commands, None, localization, "base_link", 1.0), Cancellation()
+        with robot.driven(going) as moving, robot.driven(going) as standing:
+            moving.drive(forward)  # nobody has spoken yet
+            self.assertEqual(commands.sent, [(1, STOP)])
+            for times in (1, 2):
+                localizer.publish(LocalizationState(state=KNOWN))
+                wait_until(lambda times=times: localization.times() == times, "a word")
+                moving.drive(forward)
+                standing.drive(STOP)
+                robot.trail.add(Pose.at((0.0, 0.0, 0.0)))
+                self.assertEqual(commands.sent[-2:], [(1, forward), (2, STOP)])
+                localizer.publish(LocalizationState(state=LOST, reason=WHY))
+                wait_until(lambda: commands.sent[-1] == (1, STOP), "a stop")
+                moving.drive(forward)
+                self.assertEqual(commands.sent[-2:], [(1, STOP), (1, STOP)])
+                self.assertEqual(robot.trail.back(), [])
+                with self.assertRaisesRegex(NotLocalized, WHY):
+                    localization.check()
 
     def test_a_localizer_that_dies(self):
         key = self.drives()

@@ -70,15 +70,17 @@ class Localization:
         self._heard.set()
 
     def _look_on(self) -> None:
-        was_lost = True  # which is no news
+        localized = 0  # how often it was when that was told
+        told = 0  # how often it was localized when its loss was told; at first that is no news
         while not rospy.core.is_shutdown_requested():
             self._heard.wait(LOOK)
             self._heard.clear()
-            lost = self.look().lost
-            if lost and not was_lost:
+            found = self.look()
+            if found.lost and found.times > told:
+                told = found.times  # also where it was localized for a moment between two looks
                 for callback in self._on_lost:
                     callback()
-                rospy.logwarn("%s; the robot stands until it is", lost)
-            elif was_lost and not lost:
+                rospy.logwarn("%s; the robot stands until it is", found.lost)
+            elif not found.lost and found.times > localized:
+                localized = found.times
                 rospy.loginfo("the robot is localized")
-            was_lost = bool(lost)
