@@ -9,7 +9,12 @@ from roslaunch.config import load_config_default
 LAUNCH = Path(__file__).resolve().parents[2] / "launch"
 STATE = "/mesh_localization/state"
 PACKAGE = "<package><name>mesh_localization</name><version>0.0.0</version></package>"
-NODE = '<launch><node name="mesh_localization" pkg="mesh_localization" type="any"/></launch>'
+NODE = """<launch>
+  <arg name="mesh_topic"/>
+  <node name="mesh_localization" pkg="mesh_localization" type="any">
+    <param name="mesh_topic" value="$(arg mesh_topic)"/>
+  </node>
+</launch>"""
 
 
 class Launched:
@@ -62,6 +67,7 @@ def test_with_localization_it_says_where_the_robot_is(localization):
 def test_another_server_hears_it_too(localization):
     launched = Launched("simulation.launch", "localization:=true", "node_name:=robot_2")
     assert launched.values["/robot_2/localization_topic"] == STATE
+    assert launched.values["/mesh_localization/mesh_topic"] == "/robot_2/mesh_map/mesh"
 
 
 def test_a_server_hears_the_topic_of_its_configuration(tmp_path):
