@@ -91,3 +91,58 @@ def test_points_that_see_no_surface_from_its_front_are_no_match(target, world):
     assert few is None or few.count < 0.3 * len(points)
     far = motion([0, 0, 500.0, 0, 0, 0]) @ truth
     assert target.register(points, far) is None
+
+
+@pytest.mark.parametrize("noise, most", [(0.0, 0.001), (0.015, 0.01)])
+def test_rays_find_their_place_from_farther_away(target, world, noise, most):
+    random = np.random.default_rng(6)
+    errors = []
+    for seed in range(20):
+        truth, points = scan_at(target, world, seed, noise)
+        shift, turn = random.standard_normal((2, 3))
+        wrong = np.r_[0.4 * shift / np.linalg.norm(shift), 0.08 * turn / np.linalg.norm(turn)]
+        found = target.register(points, truth @ motion(wrong), matching="rays", max_distance=1.5)
+        assert found.told >= 5
+        errors.append(off(found.pose, truth)[0])
+    assert np.median(errors) < most and np.percentile(errors, 90) < 5 * most
+
+
+def test_rays_do_not_ask_which_side_of_a_face_they_meet(world):
+    """Maps of scans and of CAD have faces that look away from the sensor."""
+    flipped = PlaneTarget.of(world.vertices, world.faces[:, ::-1])
+    truth, points = scan_at(flipped, world, 2)
+    guess = truth @ motion([0.1, -0.1, 0.1, 0.01, 0.0, 0.02])
+    assert off(flipped.register(points, guess, matching="rays").pose, truth)[0] < 1e-3
+    from_behind = flipped.register(points, guess)
+    assert from_behind is None or from_behind.count < 0.5 * len(points)
+
+
+def rough_plane(roughness, seed=0):
+    """16 x 16 m of faces of 20 cm whose corners scatter in height (m)."""
+    side = np.linspace(-8, 8, 81)
+    x, y = np.meshgrid(side, side)
+    z = roughness * np.random.default_rng(seed).standard_normal(x.size)
+    corner = np.add.outer(np.arange(80) * 81, np.arange(80)).ravel()
+    faces = np.concatenate(
+        [np.c_[corner, corner + 1, corner + 82], np.c_[corner, corner + 82, corner + 81]]
+    )
+    return PlaneTarget.of(np.float32(np.c_[x.ravel(), y.ravel(), z]), faces)
+
+
+@pytest.mark.parametrize("roughness, told", [(0.0, 3), (0.004, 3), (0.05, 6)])
+def test_normals_that_scatter_a_little_tell_nothing(roughness, told):
+    """A floor of a reconstruction, whose normals are off by 2 degrees, looks as if one could see
+    where one is along it; ground whose faces differ by 20 degrees does tell it."""
+    random = np.random.default_rng(1)
+    away, around = random.uniform(0.5, 6, 3000), random.uniform(0, 6.3, 3000)
+    points = np.c_[away * np.cos(around), away * np.sin(around), np.full(3000, -1.0)]
+    guess = motion([0, 0, 1.0, 0, 0, 0])
+    surface = rough_plane(roughness)
+    rays = surface.cast(points, np.zeros(3), guess)
+    points = rays.hits.distances[:, None] * rays.directions  # as measured there
+    found = surface.register(points, guess @ motion([0.02, 0.02, 0, 0, 0, 0.0]), matching="rays")
+    assert found.told == told
+    values = np.linalg.eigvalsh(found.information)
+    assert np.count_nonzero(values > 1e-6 * values[-1]) == told
+    moved_by = np.linalg.norm(found.pose[:2, 3] - [0.02, 0.02])
+    assert (moved_by < 1e-3) == (told == 3)
