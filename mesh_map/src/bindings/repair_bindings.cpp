@@ -61,6 +61,7 @@ py::dict computeHoleFilling(Array vertices, Array faces, double perimeter, doubl
   result["vertex_weights"] = toRows(std::move(found.vertex_weights), 3);
   result["faces"] = toRows(std::move(found.faces), 3);
   result["face_parents"] = toArray(std::move(found.face_parents));
+  result["face_loops"] = toArray(std::move(found.face_loops));
   return result;
 }
 

@@ -242,3 +242,17 @@ def test_no_mesh_is_refused():
     broken[3] = np.nan
     with pytest.raises(MeshMapError, match="no usable mesh"):
         fill_holes(broken, mesh.faces)
+
+
+def test_each_new_face_knows_its_loop():
+    mesh = zoo.jittered_plane(30, 3.0)
+    faces = punched(mesh, [(0.8, 0.9), (2.1, 1.9)], 0.22)
+    done = fill_holes(mesh.vertices, faces, max_perimeter=3.0)
+    loops = border_loops(faces, len(mesh.vertices))
+    new = done.derived.faces[done.new_faces]
+    assert len(done.face_loops) == len(new) and (np.diff(done.face_loops.astype(int)) >= 0).all()
+    for loop in np.flatnonzero(done.fates == LoopFate.FILLED):
+        corners = np.unique(new[done.face_loops == loop])
+        own = loops.vertices[loops.offsets[loop] : loops.offsets[loop + 1]]
+        assert np.array_equal(np.sort(own), corners[corners < len(mesh.vertices)])
+    assert fill_holes(mesh.vertices, faces, max_perimeter=0.1).face_loops.size == 0

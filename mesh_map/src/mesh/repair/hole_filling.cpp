@@ -4,162 +4,18 @@
 #include <mesh_map/mesh/topology.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
+#include "mesh/repair/box_grid.h"
 #include "mesh/repair/hole_patch.h"
 #include "mesh/repair/triangle_crossing.h"
 
 namespace mesh_map {
 namespace {
-
-struct Box
-{
-  Vector3 low = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
-                 std::numeric_limits<double>::infinity()};
-  Vector3 high = -low;
-
-  void add(const Vector3& point)
-  {
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], point[k]);
-      high[k] = std::max(high[k], point[k]);
-    }
-  }
-
-  bool meets(const Box& other) const
-  {
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (low[k] > other.high[k] || high[k] < other.low[k]) {
-        return false;
-      }
-    }
-    return true;
-  }
-
-  double diagonal() const { return high[0] < low[0] ? 0.0 : distance(low, high); }
-};
-
-/// Boxes by the cells of a grid that they are in; those that are in very many are kept apart.
-class BoxGrid
-{
- public:
-  explicit BoxGrid(const std::vector<Box>& boxes) : boxes_(boxes)
-  {
-    std::vector<double> sizes;
-    for (const Box& box : boxes) {
-      sizes.push_back(box.diagonal());
-    }
-    if (!sizes.empty()) {
-      std::nth_element(sizes.begin(), sizes.begin() + std::ptrdiff_t(sizes.size() / 2),
-                       sizes.end());
-      cell_ = std::max(2.0 * sizes[sizes.size() / 2], 1e-6);
-    }
-    for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-      if (!visitCells(boxes[i], [&](std::uint64_t cell) { cells_[cell].push_back(i); })) {
-        large_.push_back(i);
-      }
-    }
-  }
-
-  /// visit(i) for each box that meets this one, some more than once.
-  template <class Visit>
-  void visitMeeting(const Box& box, const Visit& visit) const
-  {
-    const auto visitIf = [&](std::uint32_t i) {
-      if (boxes_[i].meets(box)) {
-        visit(i);
-      }
-    };
-    for (const std::uint32_t i : large_) {
-      visitIf(i);
-    }
-    const bool few = visitCells(box, [&](std::uint64_t cell) {
-      const auto found = cells_.find(cell);
-      if (found != cells_.end()) {
-        std::for_each(found->second.begin(), found->second.end(), visitIf);
-      }
-    });
-    for (std::uint32_t i = 0; !few && i < boxes_.size(); ++i) {
-      visitIf(i);
-    }
-  }
-
- private:
-  /// visit(cell) for the cells of a box; false, and nothing visited, where they are too many.
-  template <class Visit>
-  bool visitCells(const Box& box, const Visit& visit) const
-  {
-    constexpr double most = 64.0;
-    std::array<std::int64_t, 3> low, high;
-    double count = 1.0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double first = std::floor(box.low[k] / cell_), last = std::floor(box.high[k] / cell_);
-      count *= last - first + 1.0;
-      if (!(count <= most) || std::abs(first) > 1e15 || std::abs(last) > 1e15) {
-        return false;
-      }
-      low[k] = static_cast<std::int64_t>(first);
-      high[k] = static_cast<std::int64_t>(last);
-    }
-    for (std::int64_t x = low[0]; x <= high[0]; ++x) {
-      for (std::int64_t y = low[1]; y <= high[1]; ++y) {
-        for (std::int64_t z = low[2]; z <= high[2]; ++z) {
-          // Cells that share a number only cost a comparison of boxes.
-          visit(static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15u ^
-                static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4Fu ^
-                static_cast<std::uint64_t>(z) * 0x165667B19E3779F9u);
-        }
-      }
-    }
-    return true;
-  }
-
-  const std::vector<Box>& boxes_;
-  double cell_ = 1.0;
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
-  std::vector<std::uint32_t> large_;
-};
-
-/// The eigenvector of the smallest eigenvalue of a symmetric matrix, by Jacobi's rotations.
-Vector3 smallestAxis(std::array<Vector3, 3> matrix)
-{
-  std::array<Vector3, 3> axes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  // columns
-  for (int sweep = 0; sweep < 20; ++sweep) {
-    for (std::size_t p = 0; p < 2; ++p) {
-      for (std::size_t q = p + 1; q < 3; ++q) {
-        if (matrix[p][q] == 0.0) {
-          continue;
-        }
-        const double theta = 0.5 * std::atan2(2.0 * matrix[p][q], matrix[q][q] - matrix[p][p]);
-        const double c = std::cos(theta), s = std::sin(theta);
-        for (std::size_t k = 0; k < 3; ++k) {
-          const double kp = matrix[k][p], kq = matrix[k][q];
-          matrix[k][p] = c * kp - s * kq;
-          matrix[k][q] = s * kp + c * kq;
-        }
-        for (std::size_t k = 0; k < 3; ++k) {
-          const double pk = matrix[p][k], qk = matrix[q][k];
-          matrix[p][k] = c * pk - s * qk;
-          matrix[q][k] = s * pk + c * qk;
-          const double ap = axes[k][p], aq = axes[k][q];
-          axes[k][p] = c * ap - s * aq;
-          axes[k][q] = s * ap + c * aq;
-        }
-      }
-    }
-  }
-  std::size_t least = 0;
-  for (std::size_t k = 1; k < 3; ++k) {
-    least = matrix[k][k] < matrix[least][least] ? k : least;
-  }
-  return {axes[0][least], axes[1][least], axes[2][least]};
-}
 
 std::uint64_t edgeKey(std::uint32_t a, std::uint32_t b)
 {
@@ -180,7 +36,11 @@ class HoleFiller
 
   HoleFilling fill()
   {
-    judgeLoops();
+    LoopShapes shapes = loopShapes(mesh_, topology_, result_.loops, limits_, threads_);
+    result_.fates = std::move(shapes.fates);
+    result_.perimeters = std::move(shapes.perimeters);
+    result_.deviations = std::move(shapes.deviations);
+    normals_ = std::move(shapes.normals);
     std::vector<std::uint32_t> wanted;
     for (std::uint32_t loop = 0; loop < result_.fates.size(); ++loop) {
       if (fateOf(loop) == HoleFate::FILLED) {
@@ -220,96 +80,6 @@ class HoleFiller
   }
 
   Vector3 pointAt(std::uint32_t vertex) const { return pointOf(mesh_.vertex(vertex)); }
-
-  // Which loops are holes.
-
-  void judgeLoops()
-  {
-    const BorderLoops& loops = result_.loops;
-    result_.fates.assign(loops.size(), static_cast<std::uint8_t>(HoleFate::FILLED));
-    result_.perimeters.assign(loops.size(), 0.0);
-    result_.deviations.assign(loops.size(), 0.0);
-    normals_.resize(loops.size());
-    parallelEach(loops.size(), 64, threads_,
-                 [this](std::size_t loop) { judge(static_cast<std::uint32_t>(loop)); });
-    if (limits_.keep_outer) {
-      markOuter();
-    }
-  }
-
-  void judge(std::uint32_t loop)
-  {
-    const std::uint32_t* const vertices = result_.loops.vertices.data();
-    const std::uint32_t begin = result_.loops.offsets[loop], end = result_.loops.offsets[loop + 1];
-    double perimeter = 0.0;
-    Vector3 middle = {0.0, 0.0, 0.0};
-    for (std::uint32_t i = begin; i < end; ++i) {
-      const Vector3 a = pointAt(vertices[i]), b = pointAt(vertices[i + 1 < end ? i + 1 : begin]);
-      const double length = distance(a, b);
-      perimeter += length;
-      middle = middle + 0.5 * length * (a + b);
-    }
-    middle = perimeter > 0.0 ? middle / perimeter : pointAt(vertices[begin]);
-    std::array<Vector3, 3> spread = {};
-    for (std::uint32_t i = begin; i < end; ++i) {
-      const Vector3 a = pointAt(vertices[i]) - middle;
-      const double weight =
-          distance(pointAt(vertices[i]), pointAt(vertices[i + 1 < end ? i + 1 : begin])) +
-          distance(pointAt(vertices[i]), pointAt(vertices[i > begin ? i - 1 : end - 1]));
-      for (std::size_t p = 0; p < 3; ++p) {
-        spread[p] = spread[p] + weight * a[p] * a;
-      }
-    }
-    const Vector3 normal = smallestAxis(spread);
-    double deviation = 0.0;
-    for (std::uint32_t i = begin; i < end; ++i) {
-      deviation = std::max(deviation, std::abs(dot(pointAt(vertices[i]) - middle, normal)));
-    }
-    result_.perimeters[loop] = perimeter;
-    result_.deviations[loop] = deviation;
-    normals_[loop] = normal;
-    const double slope = std::acos(std::min(1.0, std::abs(dot(normal, limits_.up))));
-    if (!(perimeter < limits_.perimeter)) {
-      setFate(loop, HoleFate::LONG);
-    } else if (!(deviation <= limits_.flatness * perimeter)) {
-      setFate(loop, HoleFate::UNEVEN);
-    } else if (slope > limits_.slope) {
-      setFate(loop, HoleFate::STEEP);
-    }
-  }
-
-  void markOuter()
-  {
-    const BorderLoops& loops = result_.loops;
-    std::vector<std::uint32_t> longest(topology_.component_count, NO_INDEX);
-    for (std::uint32_t loop = 0; loop < loops.size(); ++loop) {
-      std::uint32_t& best = longest[componentOf(loop)];
-      if (best == NO_INDEX || result_.perimeters[loop] > result_.perimeters[best]) {
-        best = loop;
-      }
-    }
-    std::vector<Box> boxes(topology_.component_count);
-    for (std::uint32_t v = 0; v < mesh_.vertexCount(); ++v) {
-      boxes[std::size_t(topology_.components[v])].add(pointAt(v));
-    }
-    for (std::size_t component = 0; component < longest.size(); ++component) {
-      const std::uint32_t loop = longest[component];
-      if (loop != NO_INDEX) {
-        Box box;
-        for (std::uint32_t i = loops.offsets[loop]; i < loops.offsets[loop + 1]; ++i) {
-          box.add(pointAt(loops.vertices[i]));
-        }
-        if (box.diagonal() >= 0.5 * boxes[component].diagonal()) {
-          setFate(loop, HoleFate::OUTER);
-        }
-      }
-    }
-  }
-
-  std::size_t componentOf(std::uint32_t loop) const
-  {
-    return std::size_t(topology_.components[result_.loops.vertices[result_.loops.offsets[loop]]]);
-  }
 
   // What closes one.
 
@@ -533,10 +303,10 @@ class HoleFiller
       return;
     }
     accepted_.insert(static_cast<std::uint32_t>(i));
-    write(i);
+    write(i, loop);
   }
 
-  void write(std::size_t i)
+  void write(std::size_t i, std::uint32_t loop)
   {
     const HolePatch& patch = patches_[i];
     const Hole& hole = holes_[i];
@@ -563,6 +333,7 @@ class HoleFiller
     }
     const std::vector<std::uint32_t> parents = facesBeside(hole, patch);
     result_.face_parents.insert(result_.face_parents.end(), parents.begin(), parents.end());
+    result_.face_loops.insert(result_.face_loops.end(), parents.size(), loop);
   }
 
   /// For each face of a patch the face beside the loop that is the fewest faces away.

@@ -52,6 +52,7 @@ class HoleFilling(NamedTuple):
     deviations: (L,) float64 meters, how far each loop leaves its best plane.
     open_edges: border edges that are in no loop, see BorderLoops.
     new_faces: (F,) bool, which faces close holes; of derived, or of the mesh where that is None.
+    face_loops: (K,) uint32, for each face that closes a hole its loop, ascending.
     """
 
     derived: Optional[DerivedMesh]
@@ -60,6 +61,7 @@ class HoleFilling(NamedTuple):
     deviations: np.ndarray
     open_edges: int
     new_faces: np.ndarray
+    face_loops: np.ndarray
 
     def counts(self) -> Dict[str, int]:
         """The name of each fate in lower case -> the number of loops that had it."""
@@ -159,7 +161,7 @@ def fill_holes(
     new_count = len(found["faces"])
     new_faces = np.arange(len(faces) + new_count) >= len(faces)
     if not new_count:
-        return HoleFilling(None, *loops, new_faces)
+        return HoleFilling(None, *loops, new_faces, found["face_loops"])
     own = np.arange(len(vertices), dtype=np.uint32)
     own_weights = np.zeros((len(vertices), 3))
     own_weights[:, 0] = 1.0
@@ -186,4 +188,4 @@ def fill_holes(
         parent_vertex_count=len(vertices),
         parent_face_count=len(faces),
     )
-    return HoleFilling(derived, *loops, new_faces)
+    return HoleFilling(derived, *loops, new_faces, found["face_loops"])
