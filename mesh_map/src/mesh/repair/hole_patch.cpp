@@ -14,7 +14,7 @@ namespace {
 
 using Face = HolePatch::Face;
 
-constexpr std::size_t MOST_POINTS = 160;  // of a loop for which all triangulations are compared
+constexpr std::size_t MOST_POINTS = 220;  // of a loop for which all triangulations are compared
 constexpr std::size_t MOST_FACES = 1'000'000;  // of a patch that is still refined
 constexpr double BEND_STEP = PI / 18;          // smaller differences of angles do not count
 

@@ -91,6 +91,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--refine", action="store_true", help=text)
     text = "m: close holes in the ground with a perimeter up to this (default: 1; 0: none)"
     add("--fill_holes", type=_range, metavar="M", help=text)
+    text = "m: close shadows up to this width where the ground goes on (default: 1; 0: none)"
+    add("--fill_shadows", type=_range, metavar="M", help=text)
     text = "m by which a simplified surface may be off (default: 0, all faces, as layers want them)"
     add("--simplify", type=_range, metavar="M", help=text)
     text = "drop pieces of fewer faces that nothing connects (default: 500; 0: none)"

@@ -2,18 +2,21 @@
 
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
-import numpy as np
 from mesh_msgs_hdf5.model.carried_mesh import carried_mesh
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Canceled
-from mesh_map.geometry.components import drop_components
-from mesh_map.geometry.hole_filling import fill_holes
 from mesh_map.geometry.manifold import make_manifold
 from mesh_map.geometry.simplification import simplify
 from mesh_map.geometry.topology import quantity
 from mesh_map.reconstruction.options import SurfaceOptions
+from mesh_map.reconstruction.rim_trimming import trim_rim
+from mesh_map.reconstruction.surface_closing import (
+    ClosedSurface,
+    closed_surface,
+    raise_if_canceled,
+    without_small_pieces,
+)
 
 
 class SurfaceChanges(NamedTuple):
@@ -22,15 +25,20 @@ class SurfaceChanges(NamedTuple):
     raw_faces: before.
     mended: what make_manifold() says; "" for nothing.
     dropped_faces: in small components.
+    trimmed_faces: at rims that curled.
     holes, hole_faces: closed, and by how many faces.
+    shadows, shadow_faces: closed, and by how many faces.
     simplified_from: faces before; 0: it was not simplified.
     """
 
     raw_faces: int
     mended: str
     dropped_faces: int
+    trimmed_faces: int
     holes: int
     hole_faces: int
+    shadows: int
+    shadow_faces: int
     simplified_from: int
 
     def lines(self) -> List[str]:
@@ -38,9 +46,14 @@ class SurfaceChanges(NamedTuple):
         lines = ["made manifold: " + self.mended] if self.mended else []
         if self.dropped_faces:
             lines.append("%s in small pieces dropped" % quantity(self.dropped_faces, "faces"))
-        if self.holes:
-            text = "%s closed by %s"
-            lines.append(text % (quantity(self.holes, "holes"), quantity(self.hole_faces, "faces")))
+        if self.trimmed_faces:
+            lines.append("%s of curled rims taken away" % quantity(self.trimmed_faces, "faces"))
+        for name, count, faces in (
+            ("holes", self.holes, self.hole_faces),
+            ("shadows", self.shadows, self.shadow_faces),
+        ):
+            if count:
+                lines.append("%s closed by %s" % (quantity(count, name), quantity(faces, "faces")))
         if self.simplified_from:
             lines.append("simplified from %s" % quantity(self.simplified_from, "faces"))
         return lines
@@ -53,7 +66,8 @@ class SurfaceChanges(NamedTuple):
 def drivable(
     mesh: Mesh, options: SurfaceOptions, cancel: Optional[CancelFlag] = None
 ) -> Tuple[Mesh, SurfaceChanges]:
-    """A mesh without non-manifold edges, small pieces and small holes, and with fewer faces.
+    """A mesh without non-manifold edges, small pieces, curled rims, small holes and shadows, and
+    with fewer faces.
 
     Faces are turned as they were. What vertices have is carried over.
 
@@ -67,36 +81,32 @@ def drivable(
         Canceled: by `cancel`.
     """
     raw = before = len(mesh.faces)
+    trimmed = trim_rim(mesh.vertices, mesh.faces)
+    mesh = mesh if trimmed is None else carried_mesh(mesh, trimmed)
+    trimmed_faces, before = before - len(mesh.faces), len(mesh.faces)
+    raise_if_canceled(cancel)
+
     # What hangs on the rest by a vertex alone is a small piece, too. Vertices are copied last: in
     # one where two holes touch, their loops would else be one that crosses itself.
-    large = drop_components(
-        mesh.vertices, mesh.faces, min_faces=options.min_component, across_vertices=False
-    )
-    mesh = mesh if large is None else carried_mesh(mesh, large)
+    mesh = without_small_pieces(mesh, options)
     dropped = before - len(mesh.faces)
-    _look(cancel)
+    raise_if_canceled(cancel)
 
-    holes = hole_faces = 0
+    closed = ClosedSurface(mesh)
     if options.fill_holes > 0:
-        filled = fill_holes(mesh.vertices, mesh.faces, max_perimeter=options.fill_holes)
-        holes, hole_faces = filled.counts()["filled"], int(np.count_nonzero(filled.new_faces))
-        mesh = mesh if filled.derived is None else carried_mesh(mesh, filled.derived)
-    _look(cancel)
+        closed = closed_surface(mesh, options, cancel)
+        mesh = closed.mesh
 
     manifold = make_manifold(mesh.vertices, mesh.faces, orient=False)
     mesh = mesh if manifold.derived is None else carried_mesh(mesh, manifold.derived)
     mended = "" if manifold.derived is None else manifold.report()
-    _look(cancel)
+    raise_if_canceled(cancel)
 
     simplified_from = 0
     if options.simplify > 0:
         simpler = simplify(mesh.vertices, mesh.faces, max_error=options.simplify).derived
         simplified_from = 0 if simpler is None else len(mesh.faces)
         mesh = mesh if simpler is None else carried_mesh(mesh, simpler)
-    _look(cancel)
-    return mesh, SurfaceChanges(raw, mended, dropped, holes, hole_faces, simplified_from)
-
-
-def _look(cancel: Optional[CancelFlag]) -> None:
-    if cancel is not None and cancel.is_set():
-        raise Canceled("the surface was not made")
+    raise_if_canceled(cancel)
+    counts = closed.holes, closed.hole_faces, closed.shadows, closed.shadow_faces
+    return mesh, SurfaceChanges(raw, mended, dropped, trimmed_faces, *counts, simplified_from)

@@ -75,7 +75,9 @@ class FieldOptions:
 class SurfaceOptions:
     """What of a surface is kept; each time that it is extracted.
 
-    fill_holes: m, perimeter up to which holes in flat ground are closed; 0: none.
+    fill_holes: m, perimeter up to which holes in flat ground are closed; 0: none, and no shadows.
+    fill_shadows: m, width up to which holes are closed where no ray came, if what is around tells
+        what is in them (see fill_shadows()); 0: none.
     simplify: m, by which a simplified surface may be off; 0: it is not simplified. Layers and
         planners know costs at vertices only: flat ground whose faces are larger than the radius of
         a layer is known badly.
@@ -84,6 +86,7 @@ class SurfaceOptions:
     """
 
     fill_holes: float = 1.0
+    fill_shadows: float = 1.0
     simplify: float = 0.0
     min_component: int = 500
 
@@ -93,6 +96,7 @@ class SurfaceOptions:
             MeshMapError: a value that is none.
         """
         _check("fill_holes", self.fill_holes, 0.0, _MOST)
+        _check("fill_shadows", self.fill_shadows, 0.0, _MOST)
         _check("simplify", self.simplify, 0.0, _MOST)
         _check("min_component", self.min_component, 0, 1 << 31)
 

@@ -74,11 +74,14 @@ def test_a_range_bounds_the_ground(site):
     assert highest[1] < surface_of(site).vertices[:, 1].max()
 
 
-def test_holes_are_closed_up_to_their_perimeter_and_pieces_dropped_by_faces(site):
-    loops = [
-        border_loops(surface.faces, len(surface.vertices)).count
-        for surface in (surface_of(site, fill_holes=value) for value in (0, 1, 4))
-    ]
+def test_holes_are_closed_up_to_their_size_and_pieces_dropped_by_faces(site):
+    def loops_of(**options):
+        surface = surface_of(site, **options)
+        return border_loops(surface.faces, len(surface.vertices)).count
+
+    loops = [loops_of(fill_holes=value, fill_shadows=0) for value in (0, 1, 4)]
+    assert loops[0] > loops[1] > loops[2]
+    loops = [loops_of(fill_shadows=value) for value in (0, 0.3, 1)]
     assert loops[0] > loops[1] > loops[2]
     apart = [int(parts_of(surface_of(site, min_component=value)).sum()) for value in (0, 50, 500)]
     assert apart[0] > apart[1] > apart[2] == 0

@@ -93,7 +93,17 @@ def all_pictures(folder: Path) -> None:
     field = field_of(site)
     _from_above(
         folder / "fill_holes.png",
-        [(f"fill_holes {value:g} m", surface_of(field, fill_holes=value)) for value in (0, 1, 4)],
+        [
+            (f"fill_holes {value:g} m", surface_of(field, fill_holes=value, fill_shadows=0))
+            for value in (0, 1, 4)
+        ],
+    )
+    _from_above(
+        folder / "fill_shadows.png",
+        [
+            (f"fill_shadows {value:g} m", surface_of(field, fill_shadows=value))
+            for value in (0, 0.3, 1)
+        ],
     )
     _from_above(
         folder / "min_component.png",
