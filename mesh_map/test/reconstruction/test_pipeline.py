@@ -129,6 +129,8 @@ def test_options_that_make_no_field(values, text):
         FieldOptions(**values)
     with pytest.raises(MeshMapError):
         SurfaceOptions(fill_holes=-1)
+    with pytest.raises(MeshMapError, match="fill_shadows is -1"):
+        SurfaceOptions(fill_shadows=-1)
 
 
 def test_nothing_makes_no_surface():

@@ -5,6 +5,7 @@ from mesh_msgs import zoo
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 from mesh_map.geometry.border_loops import border_loops
+from mesh_map.reconstruction.drivable_surface import drivable
 from mesh_map.reconstruction.options import SurfaceOptions
 from mesh_map.reconstruction.surface_closing import closed_surface
 
@@ -51,3 +52,13 @@ def test_the_rim_of_an_opening_stays():
     assert np.array_equal(made.mesh.faces, mesh.faces)
     wide = with_hole(1.6)
     assert np.array_equal(closed_surface(wide, OPTIONS, None).mesh.faces, wide.faces)
+
+
+def test_none_are_closed_where_none_is_wanted():
+    mesh = with_hole(0.6, turned=False)
+    for options in ({"fill_holes": 0.0}, {"fill_shadows": 0.0}):
+        made, changes = drivable(mesh, SurfaceOptions(min_component=20, **options))
+        assert loops_of(made) == 2 and not changes.shadows and not changes.holes
+    made, changes = drivable(mesh, SurfaceOptions(min_component=20))
+    assert loops_of(made) == 1 and changes.shadows == 1
+    assert changes.lines() == ["1 shadow closed by %d faces" % changes.shadow_faces]

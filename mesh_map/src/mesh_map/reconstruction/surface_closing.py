@@ -40,7 +40,7 @@ def closed_surface(
 ) -> ClosedSurface:
     """Tries what is folded once more without the faces beside it, which stay where that does not
     help. Those beside loops that are short and cannot be closed even so are no surface."""
-    first = _closed_once(mesh, options, cancel)
+    first = _holes_closed(mesh, options, cancel)
     is_short = [_perimeter(first.mesh, loop) < options.fill_holes for loop in first.folded]
     short = [loop for loop, known in zip(first.folded, is_short) if known]
     folded = [loop for loop, known in zip(first.folded, is_short) if not known]
@@ -71,32 +71,42 @@ def _opened(
         if opened is None:
             break
         mesh = without_small_pieces(carried_mesh(closed.mesh, opened), options)
-        again = _closed_once(mesh, options, cancel)
-        counts = [a + b for a, b in zip(closed[1:5], again[1:5])]
-        closed = ClosedSurface(again.mesh, *counts, again.folded)
-        places = [_places(again.mesh.vertices[loop]) for loop in again.folded]
-        folded = [loop for loop, at in zip(again.folded, places) if not np.isin(at, kept).any()]
+        closed = _shadows_closed(closed._replace(mesh=mesh), options, cancel)
+        places = [_places(closed.mesh.vertices[loop]) for loop in closed.folded]
+        folded = [loop for loop, at in zip(closed.folded, places) if not np.isin(at, kept).any()]
         if not folded:
             break
     return closed
 
 
-def _closed_once(
+def _holes_closed(
     mesh: Mesh, options: SurfaceOptions, cancel: Optional[CancelFlag]
 ) -> ClosedSurface:
     filled = fill_holes(mesh.vertices, mesh.faces, max_perimeter=options.fill_holes)
     mesh = mesh if filled.derived is None else carried_mesh(mesh, filled.derived)
     raise_if_canceled(cancel)
+    faces = int(np.count_nonzero(filled.new_faces))
+    return _shadows_closed(ClosedSurface(mesh, filled.counts()["filled"], faces), options, cancel)
+
+
+def _shadows_closed(
+    closed: ClosedSurface, options: SurfaceOptions, cancel: Optional[CancelFlag]
+) -> ClosedSurface:
+    """Adds to what was closed before."""
+    mesh = closed.mesh
     lit = fill_shadows(
         mesh.vertices,
         mesh.faces,
         max_width=options.fill_shadows,
         narrow=options.fill_holes / math.pi,
     )
-    mesh = mesh if lit.derived is None else carried_mesh(mesh, lit.derived)
     raise_if_canceled(cancel)
-    counts = filled.counts()["filled"], int(np.count_nonzero(filled.new_faces))
-    return ClosedSurface(mesh, *counts, lit.holes, lit.faces, lit.folded)
+    return closed._replace(
+        mesh=mesh if lit.derived is None else carried_mesh(mesh, lit.derived),
+        shadows=closed.shadows + lit.holes,
+        shadow_faces=closed.shadow_faces + lit.faces,
+        folded=lit.folded,
+    )
 
 
 def _stay_open(mesh: Mesh, loops: List[np.ndarray], other: Mesh) -> np.ndarray:
