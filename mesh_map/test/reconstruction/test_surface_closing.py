@@ -1,5 +1,7 @@
 """Where what closes a hole would lie on its rim, the rim is replaced; openings keep theirs."""
 
+from dataclasses import replace
+
 import numpy as np
 from mesh_msgs import zoo
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -43,6 +45,16 @@ def test_a_folded_rim_is_replaced():
     made = closed_surface(mesh, OPTIONS, None)
     assert made.shadows == 1 and loops_of(made.mesh) == 1
     assert made.mesh.vertices[:, 2].max() == 0.0  # what lay on the ground is gone
+
+
+def test_nothing_was_observed_in_a_shadow():
+    mesh = with_hole(0.6, turned=False)
+    seen = np.full(len(mesh.vertices), 7.0, np.float32)
+    mesh = replace(mesh, vertex_attributes={"observations": seen})
+    made = closed_surface(mesh, OPTIONS, None).mesh
+    values = made.vertex_attributes["observations"]
+    assert len(values) > len(seen) and (values[: len(seen)] == 7).all()
+    assert values.dtype == np.float32 and not values[len(seen) :].any()
 
 
 def test_the_rim_of_an_opening_stays():

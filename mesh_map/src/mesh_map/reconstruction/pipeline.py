@@ -13,10 +13,11 @@ from mesh_map.reconstruction.drivable_surface import SurfaceChanges, drivable
 from mesh_map.reconstruction.options import FieldOptions, SurfaceOptions
 from mesh_map.reconstruction.pose_jumps import PoseJumps
 from mesh_map.reconstruction.signed_distance import IntegrationReport, SignedDistanceField
+from mesh_map.reconstruction.surface_closing import OBSERVATIONS
 from mesh_map.scans.left_out import LeftOutCounts
 from mesh_map.scans.scan import Scan
 
-OBSERVATIONS, INTENSITY = "observations", "intensity"  # attributes of vertices
+INTENSITY = "intensity"  # attribute of vertices
 _ROUNDED = 2.0**-24  # of a coordinate, by float32
 _FINE, _COARSE = 0.01, 0.1  # of a voxel, that rounding may be without an origin, and at all
 BATCH_POINTS = 1 << 16  # of which a field takes all distances or, without memory for them, none

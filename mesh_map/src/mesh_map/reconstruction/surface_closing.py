@@ -1,9 +1,11 @@
 """Holes and shadows of a surface closed; rims that are in the way of that taken away."""
 
 import math
+from dataclasses import replace
 from typing import List, NamedTuple, Optional, Sequence
 
 import numpy as np
+from mesh_msgs.derived_mesh import DerivedMesh
 from mesh_msgs_hdf5.model.carried_mesh import carried_mesh
 from mesh_msgs_hdf5.model.mesh import Mesh
 from scipy.spatial import cKDTree
@@ -17,6 +19,7 @@ from mesh_map.reconstruction.options import SurfaceOptions
 from mesh_map.reconstruction.rim_trimming import without_faces_at
 from mesh_map.reconstruction.shadows import fill_shadows
 
+OBSERVATIONS = "observations"  # attribute of vertices: rays that ended near
 _ROWS = 2  # of faces beside a folded loop that may be taken away
 _TRIES = 3  # to take them away at as many loops as that helps
 
@@ -83,7 +86,7 @@ def _holes_closed(
     mesh: Mesh, options: SurfaceOptions, cancel: Optional[CancelFlag]
 ) -> ClosedSurface:
     filled = fill_holes(mesh.vertices, mesh.faces, max_perimeter=options.fill_holes)
-    mesh = mesh if filled.derived is None else carried_mesh(mesh, filled.derived)
+    mesh = mesh if filled.derived is None else _with_patches(mesh, filled.derived)
     raise_if_canceled(cancel)
     faces = int(np.count_nonzero(filled.new_faces))
     return _shadows_closed(ClosedSurface(mesh, filled.counts()["filled"], faces), options, cancel)
@@ -102,11 +105,21 @@ def _shadows_closed(
     )
     raise_if_canceled(cancel)
     return closed._replace(
-        mesh=mesh if lit.derived is None else carried_mesh(mesh, lit.derived),
+        mesh=mesh if lit.derived is None else _with_patches(mesh, lit.derived),
         shadows=closed.shadows + lit.holes,
         shadow_faces=closed.shadow_faces + lit.faces,
         folded=lit.folded,
     )
+
+
+def _with_patches(mesh: Mesh, derived: DerivedMesh) -> Mesh:
+    """With what vertices have, interpolated; but no ray has ended at new ones."""
+    carried = carried_mesh(mesh, derived)
+    attributes = dict(carried.vertex_attributes)
+    if OBSERVATIONS in attributes:
+        is_new = np.arange(len(derived.vertices)) >= len(mesh.vertices)
+        attributes[OBSERVATIONS] = np.where(is_new, np.float32(0.0), attributes[OBSERVATIONS])
+    return replace(carried, vertex_attributes=attributes)
 
 
 def _stay_open(mesh: Mesh, loops: List[np.ndarray], other: Mesh) -> np.ndarray:
