@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from meshes import small
 from mesh_msgs.world.solids import box, joined
 
 from mesh_map.geometry.border_loops import border_loops
@@ -112,10 +113,9 @@ def test_a_ditch_of_which_the_far_side_is_seen_stays_open():
 def test_a_pit_stays_open_and_a_hollow_that_is_not_seen_is_ground():
     ground = opened(sheet(), (2.0, 2.0), (2.8, 2.8))
     bottom = sheet(lift=-1.0)
-    only_below = bottom[0], opened(bottom, (-1, -1), (0, 0))[1]
     middles = bottom[0][bottom[1]].mean(axis=1)[:, :2]
-    inside = ((middles > 1.6) & (middles < 3.2)).all(axis=1)
-    assert closed(both(ground, (only_below[0], only_below[1][inside]))) == 0
+    floor = bottom[0], bottom[1][((middles > 1.6) & (middles < 3.2)).all(axis=1)]
+    assert closed(both(ground, floor)) == 0
     # what lies below and looks down is the other side of a slab
     slab = sheet(lift=-0.3, turned=True)
     assert closed(both(ground, slab)) == 1
@@ -157,6 +157,22 @@ def test_the_top_of_a_wall_is_closed_and_a_ditch_without_a_bottom_is_not():
     found = fill_shadows(*wall, max_width=1.0, narrow=0.32)
     assert np.allclose(found.derived.vertices[len(wall[0]) :, 2], 1.0, atol=1e-3)
     assert closed(walls(False)) == 0
+
+
+@small
+@pytest.mark.parametrize("narrow", [0.0, 5.0])
+def test_of_any_mesh_no_fault_is_made(mesh, narrow):
+    for faces in (mesh.faces, mesh.faces[::2]):
+        found = fill_shadows(mesh.vertices, faces, max_width=1e3, narrow=narrow)
+        if found.derived is not None:
+            derived = found.derived
+            before, after = (
+                Topology(faces=each, vertex_count=len(derived.vertices))
+                for each in (faces, derived.faces)
+            )
+            for name in ("non_manifold_edges", "inconsistent_edges", "duplicate_faces"):
+                assert getattr(after, name).sum() == getattr(before, name).sum(), name
+            assert after.border_edges.sum() < before.border_edges.sum()
 
 
 def test_what_is_folded_is_named():
