@@ -1,0 +1,1 @@
+"""From nowhere: poses on drivable ground, scored by a scan."""
