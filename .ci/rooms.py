@@ -95,7 +95,7 @@ PYTHON = {
         {"site"},
         {"faults", "screen", "tutorials"},
         {"demo"},
-        {"driving", "layers", "planning", "spatial", "reconstruction"}
+        {"driving", "layers", "localization", "planning", "reconstruction", "spatial"}
         | {"display", "reference", "troubleshooting"},
         {"", "base"},
     ],
