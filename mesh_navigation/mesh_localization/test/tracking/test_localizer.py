@@ -105,7 +105,7 @@ def test_a_robot_is_followed_although_its_odometry_drifts(mesh, drive):
         distance, angle = off(estimate.pose, truth)
         assert distance < 0.03 and angle < 0.005
         assert distance < 5 * estimate.deviations[0]
-        if number < 2 or estimate.deviations[0] > 0.15:
+        if number < 2 or estimate.deviations[0] > 0.1:
             assert estimate.state == TrackingState.UNCERTAIN and estimate.reason
         else:
             assert estimate.state == TrackingState.OK, estimate.reason

@@ -1,13 +1,13 @@
 """A robot followed over a map, from scan to scan."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Optional, Tuple
 
 import numpy as np
 from mesh_map.registration.point_to_plane import RAYS, PlaneTarget, Registration
-from mesh_map.registration.rigid import inverse, numbers_of
+from mesh_map.registration.rigid import inverse, motion, numbers_of
 
 from mesh_localization.tracking.ground_contact import GroundContact
 from mesh_localization.tracking.mounting_watch import MountingWatch
@@ -20,6 +20,8 @@ _FLOOR = np.array([1e-3, 1e-3, 1e-3, 2e-4, 2e-4, 2e-4])  # m and rad that one sc
 _REACH = 3.0  # deviations within which the surface is looked for
 _LEAST_REACH, _MOST_REACH = 0.3, 2.0  # m
 _NEAREST = 0.1  # m within which points count in the end
+_NEARBY = 1.0  # m around a pose that was told, within which a better one is looked for
+_FEW, _CLEARLY = 500, 0.05  # rays for that, and the share of them by which a better one is
 _GATE = 5.0  # deviations that a scan may be off the odometry
 _ARM = 5.0  # m at which the uncertain heading of a pose moves points
 _SCATTER = 5.0  # times the usual residual, that a point may be off the surface
@@ -74,7 +76,7 @@ class TrackingOptions:
     confirmations: int = 3
     lost_scans: int = 2
     unbelieved_scans: int = 6
-    ok_deviation: Tuple[float, float] = (0.15, 0.1)
+    ok_deviation: Tuple[float, float] = (0.1, 0.1)
     lost_deviation: Tuple[float, float] = (3.0, 0.7)
     silence: float = 0.5
     lost_silence: float = 2.0
@@ -95,6 +97,12 @@ class BaseScan:
     origins: np.ndarray
     time: float
     sensor: str = ""
+
+    def part(self, most: int) -> "BaseScan":
+        """At most so many of the points, evenly."""
+        step = max(1, -(-len(self.points) // most))
+        origins = self.origins if self.origins.ndim == 1 else self.origins[::step]
+        return replace(self, points=self.points[::step], origins=origins)
 
 
 @dataclass(frozen=True)
@@ -139,6 +147,7 @@ class _Match:
         self, found: Optional[Registration], fates: RayFates, predicted: np.ndarray
     ) -> None:
         self.found, self.fates = found, fates
+        self.pose = predicted if found is None else found.pose
         self.off = np.zeros(6) if found is None else numbers_of(inverse(predicted) @ found.pose)
 
 
@@ -250,6 +259,8 @@ class Localizer:
             covariance = covariance + _UNSURE
         match = self._matched(scan, predicted, covariance, True)
         share = self.options.ok_share if self._followed else self.options.sure_share
+        if not self._followed:
+            match = self._best_around(scan, predicted, covariance, match)
         believed = self._is_good(match, share) and self._is_allowed(match, covariance)
         if not believed:
             free = self._agreed_upon(scan, predicted, covariance)
@@ -301,6 +312,41 @@ class Localizer:
         )
         pose = predicted if found is None else found.pose
         return _Match(found, self._fates(scan, pose), predicted)
+
+    def _best_around(
+        self, scan: BaseScan, predicted: np.ndarray, covariance: np.ndarray, match: _Match
+    ) -> _Match:
+        """The match, or a better one from somewhere else around where the robot is told to be: all
+        rays of who is told to be behind a wall meet that."""
+        few = scan.part(_FEW)
+        prior = np.linalg.inv(covariance) * _RANGE_NOISE**2 * _CORRELATED
+        near = self.target.register(
+            few.points, predicted, origins=few.origins, prior=prior, max_distance=_NEARBY
+        )
+        begins = [] if near is None else [near.pose]
+        side = min(deviations_of(covariance)[0], _NEARBY)
+        for x, y in ((side, 0), (-side, 0), (0, side), (0, -side)):
+            begins.append(predicted @ motion(np.array([x, y, 0.0, 0.0, 0.0, 0.0])))
+        best, most = None, _fit(self._fates(few, match.pose))
+        for begin in begins:
+            found = self._laid(few, begin, side)
+            fit = _fit(self._fates(few, found.pose)) if found is not None else -1.0
+            if found is not None and fit > most + _CLEARLY:
+                best, most = found.pose, fit
+        if best is None:
+            return match
+        found = self._laid(scan, best, _LEAST_REACH)
+        return _Match(found, self._fates(scan, best if found is None else found.pose), predicted)
+
+    def _laid(self, scan: BaseScan, begin: np.ndarray, reach: float) -> Optional[Registration]:
+        return self.target.register(
+            scan.points,
+            begin,
+            origins=scan.origins,
+            matching=RAYS,
+            max_distance=reach,
+            min_distance=_NEAREST,
+        )
 
     def _fates(self, scan: BaseScan, pose: np.ndarray) -> RayFates:
         most = self.options.tolerance
@@ -397,6 +443,12 @@ class Localizer:
     ) -> Estimate:
         correction = pose @ inverse(self._motion.newest)
         return Estimate(pose, covariance, correction, self._state, self._reason, fates, time, told)
+
+
+def _fit(fates: RayFates) -> float:
+    """Of all rays those that are explained less those that go through the map, -1 to 1."""
+    explained, through = fates.count(RayFate.EXPLAINED), fates.count(RayFate.THROUGH)
+    return (explained - through) / max(1, len(fates.fates))
 
 
 def _posterior(found: Registration, covariance: np.ndarray) -> np.ndarray:

@@ -4,7 +4,12 @@ import time
 from typing import List, NamedTuple, Optional
 
 import numpy as np
-from mesh_localization.tracking.localizer import BaseScan, Localizer, TrackingState
+from mesh_localization.tracking.localizer import (
+    BaseScan,
+    Localizer,
+    TrackingOptions,
+    TrackingState,
+)
 from mesh_localization.tracking.ray_fates import RayFate
 from mesh_map.registration.rigid import inverse, motion, numbers_of
 from mesh_map.scans.lidar import Hidden, Lidar
@@ -17,6 +22,7 @@ from mesh_tools_test.localization.worlds import DRIFT, LIDAR, RATE, RAYS, Locali
 FAR = 0.1  # m, beyond which a pose is wrong
 SURE = np.diag(np.square([0.05, 0.05, 0.05, 0.02, 0.02, 0.02]))
 ABOUT = np.diag(np.square([0.3, 0.3, 0.3, 0.06, 0.06, 0.06]))
+OPTIONS = TrackingOptions(base_height=SENSOR_HEIGHT)  # the lidar is the base
 STARTS, START_OFF, START_TURNED = 300, 0.5, np.radians(5)  # m and rad off
 
 
@@ -52,7 +58,7 @@ class Followed(NamedTuple):
 def follow(world: LocalizationWorld, count: int, hidden: Optional[Hidden] = None) -> Followed:
     """The first `count` scans of the drive; hidden: what hides the map, see Lidar.measure()."""
     random, rows = np.random.default_rng(0), []
-    robot, begin = Localizer(world.target), None
+    robot, begin = Localizer(world.target, OPTIONS), None
     drive = record_scans(
         world.truth,
         world.sensor,
@@ -184,7 +190,7 @@ def measure_starts(world: LocalizationWorld, count: int = STARTS) -> List[Figure
         off = np.concatenate(
             [START_OFF * shift / np.linalg.norm(shift), START_TURNED * turn / np.linalg.norm(turn)]
         )
-        robot = Localizer(world.target)
+        robot = Localizer(world.target, OPTIONS)
         robot.put(truth @ motion(off), ABOUT, np.eye(4), 0.0)
         estimate = None
         for number in range(4):
