@@ -125,6 +125,7 @@ class PlayedTest(unittest.TestCase):
             initial_pose_z=float(start[2, 3]),
             initial_pose_a=math.atan2(start[1, 0], start[0, 0]) + 0.05,
             lost_timeout=30.0,
+            tf_timeout=10.0,
         )
         self.addCleanup(self.node.stop)
         name = "/mesh_localization/"
@@ -154,6 +155,7 @@ class PlayedTest(unittest.TestCase):
 
     def is_followed(self):
         """Each scan has a pose near the truth, and the robot becomes sure of it."""
+        wait_until(self.is_placed, "a pose")
         for number in range(20):
             self.drive.go_on(0.1)
             for tell in (self.drive.tell_cloud, self.drive.tell_scan):
@@ -167,6 +169,13 @@ class PlayedTest(unittest.TestCase):
                     self.assertLess(np.linalg.norm(off[:3]), 0.05)
                     self.assertLess(np.linalg.norm(off[3:]), math.radians(1.0))
         wait_until(lambda: self.states[-1].state == OK, "the state OK")
+
+    def is_placed(self):
+        """Whether scans are used; transforms of before may be forgotten late."""
+        self.drive.go_on(0.1)
+        self.drive.tell_cloud()
+        self.drive.go_on(3 * STEP)
+        return wait_until(lambda: self.poses, seconds=0.2)
 
     def sees_what_is_not_on_the_map(self):
         clouds = [one for one in self.unexplained if one.header.frame_id == "laser"]

@@ -14,6 +14,19 @@ from mesh_localization.sensing.scan_intake import NotYet
 from mesh_localization.sensing.sensor_scan import SensorScan
 
 
+_AHEAD = 1.0  # s
+
+
+class _Listener(tf2_ros.TransformListener):
+    """Leaves out transforms that are far ahead of time. Some of before may come after time has
+    jumped back and the buffer was cleared: beside them, those of now would be too old for it."""
+
+    def callback(self, data: Any) -> None:
+        latest = rospy.Time.now() + rospy.Duration.from_sec(_AHEAD)
+        data.transforms = [one for one in data.transforms if one.header.stamp <= latest]
+        super().callback(data)
+
+
 class OdometryTransforms:
     """A listener to TF."""
 
@@ -24,11 +37,7 @@ class OdometryTransforms:
         """
         self._odom, self._base = odom_frame.lstrip("/"), base_frame.lstrip("/")
         self._buffer = tf2_ros.Buffer(debug=False)
-        self._listener = tf2_ros.TransformListener(self._buffer)
-
-    def clear(self) -> None:
-        """Forget all but static transforms: time has jumped back."""
-        self._buffer.clear()
+        self._listener = _Listener(self._buffer)
 
     def now(self) -> np.ndarray:
         """(4, 4) of the base in the odometry's frame, the newest.
