@@ -4,7 +4,7 @@ import numpy as np
 from genpy import Time
 from mesh_map.registration.rigid import inverse, motion, moved
 
-from mesh_localization.sensing.placed_scan import placed_scan
+from mesh_localization.sensing.placed_scan import joined_scan, placed_scan
 from mesh_localization.sensing.sensor_scan import SensorScan
 
 MOUNT = motion(np.array([0.3, 0.1, 0.8, 0.0, 0.4, 1.0]))
@@ -49,3 +49,21 @@ def test_a_scan_after_its_stamp_is_placed_when_it_was_made():
     placed = placed_scan(scan, sensor_at, base_at)
     assert abs(placed.scan.time - 5.02) < 1e-6
     np.testing.assert_allclose(placed.odometry, base_at(0.02), atol=1e-12)
+
+
+def test_scans_of_several_sensors_are_joined():
+    times = {0.0: WORLD[:150], 0.1: WORLD[150:]}
+    scans = []
+    for time, points in times.items():
+        stamp = Time.from_sec(5.0 + time)
+        points = moved(inverse(sensor_at(time)), points)
+        scan = SensorScan("laser", stamp, points, None)
+        scans.append(
+            placed_scan(scan, lambda _, at=time: sensor_at(at), lambda _, at=time: base_at(at))
+        )
+    joined = joined_scan(scans)
+    assert joined.stamp == scans[1].stamp and joined.scan.time == scans[1].scan.time
+    np.testing.assert_allclose(moved(joined.odometry, joined.scan.points), WORLD, atol=1e-9)
+    origins = moved(joined.odometry, joined.scan.origins)
+    np.testing.assert_allclose(origins[0], sensor_at(0.0)[:3, 3], atol=1e-9)
+    np.testing.assert_allclose(origins[-1], sensor_at(0.1)[:3, 3], atol=1e-9)

@@ -32,6 +32,13 @@ DYNAMIC_PARAMETERS = (
     Parameter("laser_max_beams", 2000, 40, 1000000, "rays of one scan that are used"),
     Parameter("update_min_d", 0.0, 0.0, 100.0, "m that the robot has to drive, ..."),
     Parameter("update_min_a", 0.0, 0.0, 7.0, "... or rad to turn, until the next scan is used"),
+    Parameter(
+        "relocalization_radius",
+        10.0,
+        0.5,
+        10000.0,
+        "m around the last known pose, in which relocalize_nearby looks for the robot",
+    ),
     # Transforms.
     Parameter("transform_tolerance", 0.1, 0.0, 10.0, "s that map to odom is stamped ahead"),
     Parameter("transform_rate", 20.0, 0.1, 1000.0, "Hz at which it is repeated between scans"),

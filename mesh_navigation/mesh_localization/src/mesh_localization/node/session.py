@@ -64,6 +64,7 @@ class LocalizationSession:
         target: the map; None: there is none.
         map_fault: why there is no map.
         scan_fault: why the last scan was not used; empty where it was.
+        search_note: that the robot is being looked for on the map; empty where it is not.
         start_refusal: why a start could not be taken; empty where it could.
     """
 
@@ -84,7 +85,7 @@ class LocalizationSession:
         self.least_motion = least_motion
         self.target: Optional[PlaneTarget] = None
         self.map_fault = "there is no map yet"
-        self.scan_fault = self.start_refusal = ""
+        self.scan_fault = self.search_note = self.start_refusal = ""
         self._options, self._variances, self._height = options, variances, base_height
         self._localizer: Optional[Localizer] = None
         self._start: Optional[Start] = None  # that waits for map and odometry
@@ -133,19 +134,15 @@ class LocalizationSession:
             scan: and where odometry was.
         """
         assert self.target is not None
-        self._start = None
+        self._start = self._added = None
         self._localizer = Localizer(self.target, self._options)
         self._localizer.put(pose, covariance, scan.odometry, scan.scan.time)
-        self._turned_fault = ""
+        self._turned_fault = self._start_fault = self.start_refusal = ""
 
     @property
     def mounting_fault(self) -> str:
         """What is always off where sensors sit on the robot; empty: nothing."""
         return "" if self._localizer is None else self._localizer.mounting_fault
-
-    def last_pose(self) -> Optional[np.ndarray]:
-        """(4, 4) of the base in the map, as far as it is known; None before it was put anywhere."""
-        return None if self._localizer is None else self._localizer.predicted()
 
     def look(self, time: float, odometry_now: OdometryNow) -> Report:
         """What is known now, without a new scan.
@@ -229,7 +226,8 @@ class LocalizationSession:
         return Report(estimate.state, reason, estimate, self._explained, self._residual)
 
     def _with_faults(self, reason: str) -> str:
-        return "; ".join(part for part in (reason, self._turned_fault, self.scan_fault) if part)
+        parts = reason, self._turned_fault, self.scan_fault, self.search_note
+        return "; ".join(part for part in parts if part)
 
     def _look_whether_turned(self, scan: PlacedScan, estimate: Estimate) -> None:
         """Whether the scan of a robot that is not known fits if its sensor is turned over."""

@@ -34,10 +34,13 @@ from mesh_localization.node.parameters import (
 from mesh_localization.node.session import Report, LocalizationSession
 from mesh_localization.node.start_pose import Start, turned_covariance
 from mesh_localization.node.through_counts import ThroughCounts
+from mesh_localization.relocalization.global_search import PoseFit
+from mesh_localization.relocalization.pose_sampling import SearchRegion
 from mesh_localization.ros.localization_topics_ros import LocalizationTopics
 from mesh_localization.ros.map_ros import LocalizationMap, MapWatch
 from mesh_localization.ros.odometry_ros import OdometryTransforms
-from mesh_localization.sensing.placed_scan import PlacedScan
+from mesh_localization.ros.relocalization_ros import Question, Relocalization
+from mesh_localization.sensing.placed_scan import PlacedScan, joined_scan
 from mesh_localization.sensing.scan_intake import ScanIntake, Unusable
 from mesh_localization.sensing.sensor_scan import SensorScan, cloud_scan, laser_scan
 from mesh_localization.tracking.localizer import TrackingState
@@ -46,6 +49,7 @@ _LOOK = 0.01  # s of the computer's time between two looks
 _JUMP = 1.0  # s that time jumps back when a bag begins again
 _AHEAD = 0.5  # s that a stamp may be ahead of time
 _BUFFER = 1 << 26  # bytes; with less, rospy keeps old clouds in the socket
+_FRESH = 1.0  # s, the age of scans by which the robot is looked for
 _COMPLAINTS = 10.0  # s between two warnings about a sensor
 _LEVELS = {TrackingState.LOST: ERROR, TrackingState.UNCERTAIN: WARN, TrackingState.OK: OK}
 
@@ -74,9 +78,11 @@ class LocalizationNode:
         self._start_message: Optional[PoseWithCovarianceStamped] = None  # waits for the map
         self._report = Report(TrackingState.LOST, self._session.map_fault)
         self._through = ThroughCounts()
+        self._seconds = 0.0  # of the computer's time that the last scan took
         self._unusable: "Counter[str]" = Counter()
         self._faults: Dict[str, str] = {}  # of sensors whose last message was not used
         self._complained: Dict[str, float] = {}
+        self._scans: Dict[str, PlacedScan] = {}  # the newest of each sensor
         self._mounting_fault = ""
         self._now = self._correction_due = 0.0
         self._change(self._values)
@@ -93,6 +99,7 @@ class LocalizationNode:
             self._subscribe(source)
         rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._on_start, queue_size=1)
         self._maps = MapWatch(values, lambda found: self._jobs.put(partial(self._take_map, found)))
+        self._relocalization = Relocalization(self._question, self._found)
         Diagnostics("localization", self._status)
         ParameterServer(rospy.get_name(), DYNAMIC_PARAMETERS, values, self._reconfigure)
         while not rospy.is_shutdown():
@@ -170,7 +177,34 @@ class LocalizationNode:
         except MeshMapError as error:
             rospy.logwarn("%s: initialpose cannot be used: %s", rospy.get_name(), error)
             return
+        self._relocalization.give_up()
         self._session.begin_at(Start(pose, covariance))
+
+    def _question(self, nearby: bool) -> Question:
+        """What is looked for; from another thread.
+
+        Raises:
+            MeshMapError: nothing can be.
+        """
+        found, values, now = self._map, self._values, rospy.get_time()
+        if found is None:
+            raise MeshMapError(self._maps.fault)
+        region = None
+        if nearby:
+            estimate = self._report.estimate
+            if estimate is None:
+                raise MeshMapError("nothing is known of where it is", "relocalize looks everywhere")
+            region = SearchRegion(estimate.pose[:3, 3], values["relocalization_radius"])
+        scans = [one for one in list(self._scans.values()) if now - one.scan.time < _FRESH]
+        if not scans:
+            faults = list(self._faults.values()) or ["no sensor tells anything"]
+            raise MeshMapError("there is no scan of this second: %s" % faults[0])
+        options, height = tracking_options(values), values["base_height"]
+        return Question(found.geometry, joined_scan(scans), options, height, region)
+
+    def _found(self, fit: PoseFit, scan: PlacedScan) -> None:
+        """Where the robot was when a scan was made; from another thread."""
+        self._jobs.put(partial(self._session.put, fit.pose, fit.covariance, scan))
 
     # What is done
 
@@ -178,10 +212,11 @@ class LocalizationNode:
         if now < self._now - _JUMP:
             text = "%s: time has jumped back by %.1f s: localization begins anew"
             rospy.logwarn(text, rospy.get_name(), self._now - now)
-            self._odometry.clear()
             self._intake.clear()
             self._session.begin_anew()
             self._topics.begin_anew()
+            self._relocalization.give_up()
+            self._scans.clear()
             self._correction_due = now
             if self._start is not None:
                 self._session.begin_at(self._start)
@@ -197,9 +232,12 @@ class LocalizationNode:
 
     def _use(self, sensor: str, scan: PlacedScan) -> None:
         self._faults.pop(sensor, None)
+        self._scans[sensor] = scan
+        begin = time.monotonic()
         report = self._session.add(scan)
         if report is None or self._map is None:
             return
+        self._seconds = time.monotonic() - begin
         self._tell(report, max(scan.stamp, rospy.Time.now()))
         fault, self._mounting_fault = self._mounting_fault, self._session.mounting_fault
         if self._mounting_fault and not fault:
@@ -213,6 +251,7 @@ class LocalizationNode:
         """What time alone changes, and what is repeated."""
         if self._map is None:
             self._session.map_fault = self._maps.fault
+        self._session.search_note = self._relocalization.progress
         report = self._session.look(now.to_sec(), self._odometry.now)
         if self._session.start_refusal:
             text = "%s: initialpose cannot be used: %s"
@@ -269,6 +308,7 @@ class LocalizationNode:
             values["explained"] = "%.3f" % report.explained
             values["residual"] = "%.4f m" % report.residual
             values["deviation"] = "%.3f m, %.4f rad" % (position, rotation)
+            values["time of a scan"] = "%.1f ms" % (1000 * self._seconds)
         for name, source in self._sensors.items():
             text = "%d messages replaced by newer ones, %d not usable"
             counts = self._intake.dropped[name], self._unusable[name]
@@ -277,7 +317,7 @@ class LocalizationNode:
             values["map"] = self._map.geometry.uuid
         if report.state == TrackingState.OK:
             if faults:
-                return Status(WARN, faults[0], values)
+                return Status(WARN, "; ".join(faults), values)
             return Status(OK, "the robot is localized", values)
         return Status(_LEVELS[report.state], report.reason, values)
 

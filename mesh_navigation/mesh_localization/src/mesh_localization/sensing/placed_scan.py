@@ -1,6 +1,6 @@
 """A scan in the frame of the robot's base, with the motion meanwhile undone."""
 
-from typing import Any, Callable, NamedTuple
+from typing import Any, Callable, NamedTuple, Sequence
 
 import genpy
 import numpy as np
@@ -51,3 +51,20 @@ def placed_scan(scan: SensorScan, sensor_at: PoseAt, base_at: PoseAt) -> PlacedS
     points = moved(sensor, still.values.points)
     base_scan = BaseScan(points, origins, stamp.to_sec(), scan.frame)
     return PlacedScan(base_scan, odometry, sensor, stamp, scan.frame)
+
+
+def joined_scan(scans: Sequence[PlacedScan]) -> PlacedScan:
+    """Scans of several sensors as one at the time of the newest.
+
+    Args:
+        scans: at least one; of a robot that has moved by its odometry meanwhile.
+    """
+    newest = max(scans, key=lambda one: one.scan.time)
+    points, origins = [], []
+    for one in scans:
+        step = inverse(newest.odometry) @ one.odometry
+        points.append(moved(step, one.scan.points))
+        starts = np.broadcast_to(one.scan.origins, one.scan.points.shape)
+        origins.append(moved(step, starts))
+    scan = BaseScan(np.concatenate(points), np.concatenate(origins), newest.scan.time)
+    return newest._replace(scan=scan)
