@@ -21,8 +21,17 @@ class _Listener(tf2_ros.TransformListener):
     """Leaves out transforms that are far ahead of time. Some of before may come after time has
     jumped back and the buffer was cleared: beside them, those of now would be too old for it."""
 
+    def __init__(self, buffer: tf2_ros.Buffer, ahead: float) -> None:
+        """
+        Args:
+            buffer: that is filled.
+            ahead: s, how far is too far.
+        """
+        self._ahead = rospy.Duration.from_sec(ahead)
+        super().__init__(buffer)
+
     def callback(self, data: Any) -> None:
-        latest = rospy.Time.now() + rospy.Duration.from_sec(_AHEAD)
+        latest = rospy.Time.now() + self._ahead
         data.transforms = [one for one in data.transforms if one.header.stamp <= latest]
         super().callback(data)
 
@@ -37,7 +46,7 @@ class OdometryTransforms:
         """
         self._odom, self._base = odom_frame.lstrip("/"), base_frame.lstrip("/")
         self._buffer = tf2_ros.Buffer(debug=False)
-        self._listener = _Listener(self._buffer)
+        self._listener = _Listener(self._buffer, _AHEAD)
 
     def now(self) -> np.ndarray:
         """(4, 4) of the base in the odometry's frame, the newest.
