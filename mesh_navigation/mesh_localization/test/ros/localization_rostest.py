@@ -7,6 +7,8 @@ import unittest
 import numpy as np
 import rospy
 import rostest
+import tf2_ros
+from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 from localization_machine import Machine
 from mesh_map.registration.rigid import motion
@@ -17,7 +19,7 @@ from mesh_msgs.testing_ros import HeardDiagnostics
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
-from mesh_localization.node.messages import cloud_message
+from mesh_localization.node.messages import cloud_message, transform_message
 
 LOST, UNCERTAIN, OK = 0, 1, 2
 NAME = "mesh_localization: localization"
@@ -36,6 +38,7 @@ class LocalizationTest(unittest.TestCase):
         self.is_kidnapped_and_found()
         self.hears_no_scans()
         self.gets_another_map()
+        self.hears_another_localization()
         self.assertEqual(self.machine.stop(), [0, 0])
 
     def is_told_where_it_is(self):
@@ -129,6 +132,19 @@ class LocalizationTest(unittest.TestCase):
             states = len(self.machine.states)
             publisher.publish(cloud_message(points, {}, frame, stamp))
             self.machine.wait_for_state(LOST, words, states)
+
+    def hears_another_localization(self):
+        broadcaster, heard = tf2_ros.TransformBroadcaster(), []
+        rospy.Subscriber("/diagnostics", DiagnosticArray, heard.append)
+
+        def is_told():
+            moment = transform_message("map", "odom", np.eye(4), rospy.Time.now())
+            broadcaster.sendTransform(moment)
+            rospy.rostime.wallsleep(0.1)
+            parts = [one for message in list(heard) for one in message.status if one.name == NAME]
+            return any("publishes where frame odom is, too" in one.message for one in parts)
+
+        wait_until(is_told, "a warning")
 
 
 if __name__ == "__main__":

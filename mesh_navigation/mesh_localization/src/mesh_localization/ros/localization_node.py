@@ -302,6 +302,12 @@ class LocalizationNode:
         """For /diagnostics; from another thread."""
         report, faults = self._report, list(self._faults.values())
         faults += [self._mounting_fault] if self._mounting_fault else []
+        if self._values["tf_broadcast"]:
+            text = (
+                "%s publishes where frame %s is, too: end one of the two, or set tf_broadcast false"
+            )
+            odometry = self._values["odom_frame_id"]
+            faults += [text % (other, odometry) for other in self._odometry.others()]
         values: Dict[str, Any] = {"state": report.state.name}
         if report.estimate is not None:
             position, rotation = report.estimate.deviations
@@ -310,9 +316,9 @@ class LocalizationNode:
             values["deviation"] = "%.3f m, %.4f rad" % (position, rotation)
             values["time of a scan"] = "%.1f ms" % (1000 * self._seconds)
         for name, source in self._sensors.items():
-            text = "%d messages replaced by newer ones, %d not usable"
             counts = self._intake.dropped[name], self._unusable[name]
-            values["sensor " + source.topic] = text % counts
+            count_text = "%d messages replaced by newer ones, %d not usable"
+            values["sensor " + source.topic] = count_text % counts
         if self._map is not None:
             values["map"] = self._map.geometry.uuid
         if report.state == TrackingState.OK:

@@ -1,6 +1,7 @@
 """Where base and sensors were in the frame of the odometry, by TF."""
 
-from typing import Any
+import time
+from typing import Any, Dict, List
 
 import numpy as np
 import rospy
@@ -13,26 +14,35 @@ from mesh_localization.sensing.placed_scan import PlacedScan, placed_scan
 from mesh_localization.sensing.scan_intake import NotYet
 from mesh_localization.sensing.sensor_scan import SensorScan
 
-
 _AHEAD = 1.0  # s
+_LATELY = 3.0  # s
 
 
 class _Listener(tf2_ros.TransformListener):
     """Leaves out transforms that are far ahead of time. Some of before may come after time has
-    jumped back and the buffer was cleared: beside them, those of now would be too old for it."""
+    jumped back and the buffer was cleared: beside them, those of now would be too old for it.
 
-    def __init__(self, buffer: tf2_ros.Buffer, ahead: float) -> None:
+    Attributes:
+        others: node -> when it told a parent of the odometry's frame (s of the computer's time).
+    """
+
+    def __init__(self, buffer: tf2_ros.Buffer, odom_frame: str) -> None:
         """
         Args:
             buffer: that is filled.
-            ahead: s, how far is too far.
+            odom_frame: of the odometry.
         """
-        self._ahead = rospy.Duration.from_sec(ahead)
+        self.others: Dict[str, float] = {}
+        self._odom = odom_frame
         super().__init__(buffer)
 
     def callback(self, data: Any) -> None:
-        latest = rospy.Time.now() + self._ahead
+        teller = data._connection_header.get("callerid", "")
+        latest = rospy.Time.now() + rospy.Duration.from_sec(_AHEAD)
         data.transforms = [one for one in data.transforms if one.header.stamp <= latest]
+        if teller != rospy.get_name():
+            if any(one.child_frame_id.lstrip("/") == self._odom for one in data.transforms):
+                self.others[teller] = time.monotonic()
         super().callback(data)
 
 
@@ -46,7 +56,7 @@ class OdometryTransforms:
         """
         self._odom, self._base = odom_frame.lstrip("/"), base_frame.lstrip("/")
         self._buffer = tf2_ros.Buffer(debug=False)
-        self._listener = _Listener(self._buffer, _AHEAD)
+        self._listener = _Listener(self._buffer, self._odom)
 
     def now(self) -> np.ndarray:
         """(4, 4) of the base in the odometry's frame, the newest.
@@ -56,9 +66,10 @@ class OdometryTransforms:
         """
         return self._found(self._odom, self._base, rospy.Time())
 
-    def at(self, stamp: Any) -> np.ndarray:
-        """As now(), at a time."""
-        return self._found(self._odom, self._base, stamp)
+    def others(self) -> List[str]:
+        """Nodes that told in the last seconds where the odometry's frame is, too."""
+        now, told = time.monotonic(), dict(self._listener.others)
+        return sorted(name for name, at in told.items() if now - at < _LATELY)
 
     def between(self, frame: str, other: str, stamp: Any) -> np.ndarray:
         """(4, 4) of the other frame in a frame.
