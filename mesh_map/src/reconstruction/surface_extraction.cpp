@@ -78,10 +78,10 @@ class Surroundings
       for (std::int32_t y = y0; y < y1; ++y) {
         for (std::int32_t x = x0; x < x1; ++x) {
           const std::size_t voxel = voxelInBlock(x, y, z);
-          if (block.weights[voxel] >= least) {
+          if (block.distances[voxel].weight() >= least) {
             values[at(x + BLOCK_SIDE * beside[0], y + BLOCK_SIDE * beside[1],
                       z + BLOCK_SIDE * beside[2])] =
-                static_cast<float>(block.distances[voxel]) * (1 / DISTANCE_UNITS);
+                static_cast<float>(block.distances[voxel].distance()) * (1 / DISTANCE_UNITS);
           }
         }
       }

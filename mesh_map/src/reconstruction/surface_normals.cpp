@@ -15,7 +15,7 @@ constexpr float FEWEST = 5;         // points; fewer say nothing
 constexpr float GROWN = 1.125f;     // more points than before by which a normal is computed anew
 constexpr double ROUGHNESS = 10.0;  // 1 / of the ratio of variances at which nothing is flat
 constexpr double SMALLEST = 0.04;   // variance along the surface in cells^2 from which it counts
-constexpr std::size_t CHUNK = 32;   // cells that a thread takes at a time
+constexpr std::size_t POINTS = 4096, CHUNK = 32;  // points and cells that a thread takes at a time
 
 /// The eigenvector of the least eigenvalue of a symmetric matrix (xx, xy, xz, yy, yz, zz), and the
 /// eigenvalues in ascending order: O. Smith, Eigenvalues of a symmetric 3 x 3 matrix (1961); the
@@ -61,34 +61,40 @@ Least leastEigenvector(const std::array<double, 6>& m)
 
 }  // namespace
 
-std::vector<PointNormal> SurfaceNormals::add(ArrayView<float> points, Run& run)
+std::vector<std::uint32_t> SurfaceNormals::add(ArrayView<float> points,
+                                               ArrayView<std::uint8_t> is_used, Run& run)
 {
-  const std::size_t count = points.size() / 3;
-  std::vector<std::uint32_t> cell_of(count);
-  std::vector<std::uint32_t> touched;
+  const std::size_t count = is_used.size();
   const auto scale = static_cast<float>(1 / cell_size_);
-  std::uint64_t last_key = ~std::uint64_t{0};
-  std::uint32_t cell = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::array<float, 3> from_middle;
+  const auto placeOf = [scale, &points](std::size_t i) {
     std::array<std::int32_t, 3> place;
     for (std::size_t k = 0; k < 3; ++k) {
-      const float at = points[3 * i + k] * scale;
-      const float low = std::floor(at);
-      place[k] = static_cast<std::int32_t>(low);
-      from_middle[k] = at - low - 0.5f;  // in cells
+      place[k] = static_cast<std::int32_t>(std::floor(points[3 * i + k] * scale));
     }
-    const std::uint64_t key = GridPlace{place[0], place[1], place[2]}.key();
-    if (key != last_key) {
-      last_key = key;
-      cell = index_.add(key);
-      if (cell == cells_.size()) {
+    return GridPlace{place[0], place[1], place[2]};
+  };
+  std::vector<std::uint32_t> cells(count, NO_CELL);
+  run.each(count, POINTS, 0.0, [&](std::size_t i) {
+    cells[i] = is_used[i] != 0 ? index_.find(placeOf(i).key()) : NO_CELL;
+  });
+
+  std::vector<std::uint32_t> touched;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (is_used[i] == 0) {
+      continue;
+    }
+    const GridPlace place = placeOf(i);
+    if (cells[i] == NO_CELL) {
+      cells[i] = index_.add(place.key());
+      if (cells[i] == cells_.size()) {
         cells_.emplace_back();
       }
     }
-    cell_of[i] = cell;
-    Cell& sums = cells_[cell];
-    const auto& [x, y, z] = from_middle;
+    Cell& sums = cells_[cells[i]];
+    // From the middle, in cells.
+    const float x = points[3 * i] * scale - static_cast<float>(place.x) - 0.5f;
+    const float y = points[3 * i + 1] * scale - static_cast<float>(place.y) - 0.5f;
+    const float z = points[3 * i + 2] * scale - static_cast<float>(place.z) - 0.5f;
     sums.count += 1;
     sums.sum[0] += x;
     sums.sum[1] += y;
@@ -99,7 +105,7 @@ std::vector<PointNormal> SurfaceNormals::add(ArrayView<float> points, Run& run)
     }
     if (sums.count_before >= 0 && sums.count > std::max(FEWEST, GROWN * sums.count_before)) {
       sums.count_before = -1;  // in the list
-      touched.push_back(cell);
+      touched.push_back(cells[i]);
     }
   }
   run.each(touched.size(), CHUNK, 0.0,
@@ -107,11 +113,7 @@ std::vector<PointNormal> SurfaceNormals::add(ArrayView<float> points, Run& run)
   for (const std::uint32_t one : touched) {
     cells_[one].count_before = cells_[one].count;
   }
-  std::vector<PointNormal> normals(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    normals[i] = cells_[cell_of[i]].normal;
-  }
-  return normals;
+  return cells;
 }
 
 std::vector<float> SurfaceNormals::numbers() const

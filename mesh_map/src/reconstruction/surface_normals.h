@@ -27,8 +27,14 @@ class SurfaceNormals
   /// cell_size: m; points within about one and a half of it have a say.
   explicit SurfaceNormals(double cell_size) : cell_size_(cell_size) {}
 
-  /// Adds points (x, y, z each, finite, all within the grid) and gives the normal at each.
-  std::vector<PointNormal> add(ArrayView<float> points, Run& run);
+  static constexpr std::uint32_t NO_CELL = KeyIndex::NONE;
+
+  /// Adds points (x, y, z each) and gives the cell of each. Where `is_used` is 0, a point is left
+  /// out, and has none; all others are finite, and within the grid.
+  std::vector<std::uint32_t> add(ArrayView<float> points, ArrayView<std::uint8_t> is_used,
+                                 Run& run);
+  /// At a point in a cell.
+  const PointNormal& at(std::uint32_t cell) const { return cells_[cell].normal; }
 
   /// All that was summed up: the keys of cells, and NUMBERS for each.
   static constexpr std::size_t NUMBERS = 15;

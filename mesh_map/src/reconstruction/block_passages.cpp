@@ -1,0 +1,119 @@
+#include "reconstruction/block_passages.h"
+
+#include <algorithm>
+
+namespace mesh_map {
+namespace {
+
+constexpr std::size_t USUAL_PASSAGES = 4, USUAL_VOXELS = 20;  // of a ray
+constexpr std::uint32_t MANY = 256;                           // passages of a block
+constexpr std::uint64_t NOWHERE = ~std::uint64_t{0};
+
+Vector3f inBlocks(const Vector3f& at)
+{
+  constexpr float BLOCKS = 1.0f / BLOCK_SIDE;
+  return {at[0] * BLOCKS, at[1] * BLOCKS, at[2] * BLOCKS};
+}
+
+}  // namespace
+
+void PassageLists::list(std::size_t number, MeasuredRays& rays, const SurfaceNormals& normals,
+                        const std::vector<std::uint32_t>& cells, const KeyIndex& blocks, bool carve)
+{
+  List list;  // of this thread alone, until it is done
+  list.passages.reserve(USUAL_PASSAGES * RAYS);
+  list.voxels.resize(USUAL_VOXELS * RAYS);
+  std::size_t used = 0;
+  std::uint64_t last_key = NOWHERE;
+  std::uint32_t last = KeyIndex::NONE, ray = 0;
+  const auto numberOf = [&](std::uint64_t key) {
+    if (key != last_key) {
+      last_key = key;
+      last = blocks.find(key);
+    }
+    if (last == KeyIndex::NONE) {
+      list.new_blocks.push_back(key);
+    }
+    return last;
+  };
+  const auto pass = [&](const Vector3f& from, const Vector3f& to) {
+    const CellWalk walk(from, to);
+    const std::size_t most = used + walk.count() + PADDING;
+    if (list.voxels.size() < most) {
+      list.voxels.resize(std::max(2 * list.voxels.size(), most));
+    }
+    std::uint16_t* const voxels = list.voxels.data();
+    std::uint64_t block = NOWHERE;
+    std::size_t at = used;
+    walk.each([&](std::uint64_t voxel) {
+      if ((voxel & ~WITHIN_BLOCK) != block) {
+        if (block != NOWHERE) {
+          list.passages.back().count = static_cast<std::uint32_t>(at - used);
+        }
+        block = voxel & ~WITHIN_BLOCK;
+        used = at;
+        BlockPassage& passage = list.passages.emplace_back();
+        passage.block = numberOf(blockOf(voxel));
+        passage.ray = ray;
+        passage.first = static_cast<std::uint32_t>(at);
+      }
+      voxels[at++] = static_cast<std::uint16_t>(voxelInBlock(voxel));
+    });
+    list.passages.back().count = static_cast<std::uint32_t>(at - used);
+    used = at;
+  };
+
+  const std::size_t end = std::min(rays.size(), (number + 1) * RAYS);
+  for (std::size_t i = number * RAYS; i < end; ++i) {
+    if (cells[i] == SurfaceNormals::NO_CELL) {
+      continue;
+    }
+    ray = static_cast<std::uint32_t>(i);
+    const RayParts parts = rays.aim(i, normals.at(cells[i]));
+    pass(parts.front, parts.back);
+    if (parts.is_grazing) {
+      pass(parts.outside, parts.inside);
+    }
+    if (carve) {
+      CellWalk(inBlocks(rays.sensor(i)), inBlocks(parts.front)).each([&](std::uint64_t key) {
+        const std::uint32_t block = blocks.find(key);
+        if (block != KeyIndex::NONE) {
+          list.passages.push_back({nullptr, block, ray, 0, 0});
+        }
+      });
+    }
+  }
+  lists_[number] = std::move(list);
+}
+
+std::vector<BlockPassages> PassageLists::byBlock(KeyIndex& blocks,
+                                                 const std::function<void()>& added)
+{
+  std::vector<BlockPassages> all;
+  std::vector<std::uint32_t> places(blocks.size(), KeyIndex::NONE);  // in `all`
+  for (List& list : lists_) {
+    auto new_block = list.new_blocks.begin();
+    for (BlockPassage& passage : list.passages) {
+      if (passage.block == KeyIndex::NONE) {
+        passage.block = blocks.add(*new_block++);
+        if (passage.block == places.size()) {
+          places.push_back(KeyIndex::NONE);
+          added();
+        }
+      }
+      std::uint32_t& place = places[passage.block];
+      if (place == KeyIndex::NONE) {
+        place = static_cast<std::uint32_t>(all.size());
+        all.push_back({passage.block, 0, &passage, nullptr});
+      } else {
+        all[place].last->next = &passage;
+      }
+      all[place].last = &passage;
+      ++all[place].count;
+    }
+  }
+  std::partition(all.begin(), all.end(), [](const BlockPassages& one) { return one.count > MANY; });
+  return all;
+}
+
+}  // namespace mesh_map
