@@ -17,6 +17,9 @@ class Run
  public:
   explicit Run(BvhOptions options) : options_(std::move(options)) {}
 
+  /// How many threads its loops have at most.
+  unsigned threads() const { return resolveThreads(options_.threads); }
+
   /// Throws Canceled where that was asked for.
   void check() const
   {

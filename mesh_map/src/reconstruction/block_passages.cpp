@@ -7,6 +7,7 @@ namespace {
 
 constexpr std::size_t USUAL_PASSAGES = 4, USUAL_VOXELS = 20;  // of a ray
 constexpr std::uint32_t MANY = 256;                           // passages of a block
+constexpr std::size_t AHEAD = 8;  // rays whose normals are on the way from memory
 constexpr std::uint64_t NOWHERE = ~std::uint64_t{0};
 
 Vector3f inBlocks(const Vector3f& at)
@@ -67,6 +68,9 @@ void PassageLists::list(std::size_t number, MeasuredRays& rays, const SurfaceNor
   for (std::size_t i = number * RAYS; i < end; ++i) {
     if (cells[i] == SurfaceNormals::NO_CELL) {
       continue;
+    }
+    if (i + AHEAD < end && cells[i + AHEAD] != SurfaceNormals::NO_CELL) {
+      __builtin_prefetch(&normals.at(cells[i + AHEAD]));
     }
     ray = static_cast<std::uint32_t>(i);
     const RayParts parts = rays.aim(i, normals.at(cells[i]));

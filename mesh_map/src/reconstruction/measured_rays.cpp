@@ -117,8 +117,11 @@ RayParts MeasuredRays::aim(std::size_t number, const PointNormal& around)
   for (std::size_t k = 0; k < 3; ++k) {
     mixed[k] = towards * plane[k] - (1 - around.flatness) * beam.direction[k];
   }
-  const float scale = 1 / std::sqrt(dot(mixed, mixed));
+  const float square = dot(mixed, mixed), scale = 1 / std::sqrt(square);
   ray.normal = {scale * mixed[0], scale * mixed[1], scale * mixed[2]};
+  if (!(square > 0 && std::isfinite(square))) {  // only by a state that was tampered with
+    ray.normal = along({0, 0, 0}, -1, beam.direction);
+  }
   // A beam that grazes a surface lights a long spot on it, and tells less of its distance; on the
   // other hand the error of its range moves the point along the surface.
   ray.weight *= std::sqrt(incidence(ray.normal, beam.direction));

@@ -64,56 +64,85 @@ Least leastEigenvector(const std::array<double, 6>& m)
 std::vector<std::uint32_t> SurfaceNormals::add(ArrayView<float> points,
                                                ArrayView<std::uint8_t> is_used, Run& run)
 {
-  const std::size_t count = is_used.size();
-  const auto scale = static_cast<float>(1 / cell_size_);
-  const auto placeOf = [scale, &points](std::size_t i) {
-    std::array<std::int32_t, 3> place;
-    for (std::size_t k = 0; k < 3; ++k) {
-      place[k] = static_cast<std::int32_t>(std::floor(points[3 * i + k] * scale));
+  const std::vector<std::uint32_t> cells = cellsOf(points, is_used, run);
+  // Each thread sums up cells of its own, in the order of their points.
+  std::vector<std::vector<std::uint32_t>> stale(run.threads());
+  run.each(stale.size(), 1, 0.0, [&](std::size_t part) {
+    std::vector<std::uint32_t> own;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (cells[i] == NO_CELL || cells[i] / CHUNK % stale.size() != part) {
+        continue;
+      }
+      Cell& sums = cells_[cells[i]];
+      sums.add(fromMiddle(points.data() + 3 * i));
+      if (sums.count_before >= 0 && sums.count > std::max(FEWEST, GROWN * sums.count_before)) {
+        sums.count_before = -1;  // in the list
+        own.push_back(cells[i]);
+      }
     }
-    return GridPlace{place[0], place[1], place[2]};
-  };
-  std::vector<std::uint32_t> cells(count, NO_CELL);
-  run.each(count, POINTS, 0.0, [&](std::size_t i) {
-    cells[i] = is_used[i] != 0 ? index_.find(placeOf(i).key()) : NO_CELL;
+    stale[part] = std::move(own);
   });
+  std::vector<std::uint32_t> anew;
+  for (const auto& part : stale) {
+    anew.insert(anew.end(), part.begin(), part.end());
+  }
+  run.each(anew.size(), CHUNK, 0.0, [this, &anew](std::size_t i) {
+    Cell& cell = cells_[anew[i]];
+    cell.normal = normalOf(anew[i]);
+    cell.count_before = cell.count;
+  });
+  return cells;
+}
 
-  std::vector<std::uint32_t> touched;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (is_used[i] == 0) {
-      continue;
-    }
-    const GridPlace place = placeOf(i);
-    if (cells[i] == NO_CELL) {
-      cells[i] = index_.add(place.key());
+/// New ones are numbered in the order of their points.
+std::vector<std::uint32_t> SurfaceNormals::cellsOf(ArrayView<float> points,
+                                                   ArrayView<std::uint8_t> is_used, Run& run)
+{
+  std::vector<std::uint32_t> cells(is_used.size());
+  run.each(cells.size(), POINTS, 0.0, [&](std::size_t i) {
+    cells[i] = is_used[i] != 0 ? index_.find(placeOf(points.data() + 3 * i).key()) : NO_CELL;
+  });
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (cells[i] == NO_CELL && is_used[i] != 0) {
+      cells[i] = index_.add(placeOf(points.data() + 3 * i).key());
       if (cells[i] == cells_.size()) {
         cells_.emplace_back();
       }
     }
-    Cell& sums = cells_[cells[i]];
-    // From the middle, in cells.
-    const float x = points[3 * i] * scale - static_cast<float>(place.x) - 0.5f;
-    const float y = points[3 * i + 1] * scale - static_cast<float>(place.y) - 0.5f;
-    const float z = points[3 * i + 2] * scale - static_cast<float>(place.z) - 0.5f;
-    sums.count += 1;
-    sums.sum[0] += x;
-    sums.sum[1] += y;
-    sums.sum[2] += z;
-    const std::array<float, 6> products = {x * x, x * y, x * z, y * y, y * z, z * z};
-    for (std::size_t k = 0; k < 6; ++k) {
-      sums.square[k] += products[k];
-    }
-    if (sums.count_before >= 0 && sums.count > std::max(FEWEST, GROWN * sums.count_before)) {
-      sums.count_before = -1;  // in the list
-      touched.push_back(cells[i]);
-    }
-  }
-  run.each(touched.size(), CHUNK, 0.0,
-           [this, &touched](std::size_t i) { cells_[touched[i]].normal = normalOf(touched[i]); });
-  for (const std::uint32_t one : touched) {
-    cells_[one].count_before = cells_[one].count;
   }
   return cells;
+}
+
+GridPlace SurfaceNormals::placeOf(const float* point) const
+{
+  const auto cellOf = [this](float at) {
+    return static_cast<std::int32_t>(std::floor(at * per_meter_));
+  };
+  return {cellOf(point[0]), cellOf(point[1]), cellOf(point[2])};
+}
+
+/// Of the point's cell, in cells.
+std::array<float, 3> SurfaceNormals::fromMiddle(const float* point) const
+{
+  std::array<float, 3> from;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float at = point[k] * per_meter_;
+    from[k] = at - std::floor(at) - 0.5f;
+  }
+  return from;
+}
+
+void SurfaceNormals::Cell::add(const std::array<float, 3>& from_middle)
+{
+  const auto& [x, y, z] = from_middle;
+  count += 1;
+  sum[0] += x;
+  sum[1] += y;
+  sum[2] += z;
+  const std::array<float, 6> products = {x * x, x * y, x * z, y * y, y * z, z * z};
+  for (std::size_t k = 0; k < products.size(); ++k) {
+    square[k] += products[k];
+  }
 }
 
 std::vector<float> SurfaceNormals::numbers() const

@@ -2,6 +2,7 @@
 
 #include <mesh_map/base/array_view.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -25,7 +26,7 @@ class SurfaceNormals
 {
  public:
   /// cell_size: m; points within about one and a half of it have a say.
-  explicit SurfaceNormals(double cell_size) : cell_size_(cell_size) {}
+  explicit SurfaceNormals(double cell_size) : per_meter_(static_cast<float>(1 / cell_size)) {}
 
   static constexpr std::uint32_t NO_CELL = KeyIndex::NONE;
 
@@ -54,12 +55,18 @@ class SurfaceNormals
     float square[6] = {0, 0, 0, 0, 0, 0};  // xx, xy, xz, yy, yz, zz
     float count_before = 0;                // when the normal was computed
     PointNormal normal;
+
+    void add(const std::array<float, 3>& from_middle);
   };
   static_assert(sizeof(Cell) == NUMBERS * sizeof(float));
 
+  std::vector<std::uint32_t> cellsOf(ArrayView<float> points, ArrayView<std::uint8_t> is_used,
+                                     Run& run);
+  GridPlace placeOf(const float* point) const;
+  std::array<float, 3> fromMiddle(const float* point) const;
   PointNormal normalOf(std::uint32_t cell) const;
 
-  double cell_size_;
+  float per_meter_;  // cells
   KeyIndex index_;
   std::vector<Cell> cells_;
 };

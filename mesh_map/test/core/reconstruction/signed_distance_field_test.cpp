@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -92,6 +93,20 @@ TEST(SignedDistanceField, AStateOfOtherOptionsIsRefused)
                      state.intensities, state.cell_keys, state.cell_numbers}),
       std::invalid_argument);
   EXPECT_EQ(plain.blocks().blocks.size(), 0u);
+}
+
+TEST(SignedDistanceField, NormalsOfAStateThatAreNoneDoNoHarm)
+{
+  SignedDistanceField field(options(false));
+  field.integrate(makeCloud(1, false).measured(), threads(1));
+  auto state = field.state();
+  std::fill(state.cell_numbers.begin(), state.cell_numbers.end(), 3e38f);
+  field.restore({state.keys, state.distances, state.weights, state.observations, state.colors,
+                 state.intensities, state.cell_keys, state.cell_numbers});
+  const IntegrationCounts counts = field.integrate(makeCloud(2, false).measured(), threads(2));
+  EXPECT_EQ(counts.used, 4000u);
+  SurfaceExtraction extraction;
+  EXPECT_GT(extraction.extract(field, 0, threads(1)).faces.size(), 3000u);
 }
 
 TEST(SignedDistanceField, ALimitIsNotPassedByMuch)
