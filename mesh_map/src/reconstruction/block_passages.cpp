@@ -8,7 +8,6 @@ namespace {
 constexpr std::size_t USUAL_PASSAGES = 4, USUAL_VOXELS = 20;  // of a ray
 constexpr std::uint32_t MANY = 256;                           // passages of a block
 constexpr std::size_t AHEAD = 8;  // rays whose normals are on the way from memory
-constexpr std::uint64_t NOWHERE = ~std::uint64_t{0};
 
 Vector3f inBlocks(const Vector3f& at)
 {
@@ -21,50 +20,8 @@ Vector3f inBlocks(const Vector3f& at)
 void PassageLists::list(std::size_t number, MeasuredRays& rays, const SurfaceNormals& normals,
                         const std::vector<std::uint32_t>& cells, const KeyIndex& blocks, bool carve)
 {
-  List list;  // of this thread alone, until it is done
-  list.passages.reserve(USUAL_PASSAGES * RAYS);
-  list.voxels.resize(USUAL_VOXELS * RAYS);
-  std::size_t used = 0;
-  std::uint64_t last_key = NOWHERE;
-  std::uint32_t last = KeyIndex::NONE, ray = 0;
-  const auto numberOf = [&](std::uint64_t key) {
-    if (key != last_key) {
-      last_key = key;
-      last = blocks.find(key);
-    }
-    if (last == KeyIndex::NONE) {
-      list.new_blocks.push_back(key);
-    }
-    return last;
-  };
-  const auto pass = [&](const Vector3f& from, const Vector3f& to) {
-    const CellWalk walk(from, to);
-    const std::size_t most = used + walk.count() + PADDING;
-    if (list.voxels.size() < most) {
-      list.voxels.resize(std::max(2 * list.voxels.size(), most));
-    }
-    std::uint16_t* const voxels = list.voxels.data();
-    std::uint64_t block = NOWHERE;
-    std::size_t at = used;
-    walk.each([&](std::uint64_t voxel) {
-      if ((voxel & ~WITHIN_BLOCK) != block) {
-        if (block != NOWHERE) {
-          list.passages.back().count = static_cast<std::uint32_t>(at - used);
-        }
-        block = voxel & ~WITHIN_BLOCK;
-        used = at;
-        BlockPassage& passage = list.passages.emplace_back();
-        passage.block = numberOf(blockOf(voxel));
-        passage.ray = ray;
-        passage.first = static_cast<std::uint32_t>(at);
-      }
-      voxels[at++] = static_cast<std::uint16_t>(voxelInBlock(voxel));
-    });
-    list.passages.back().count = static_cast<std::uint32_t>(at - used);
-    used = at;
-  };
-
   const std::size_t end = std::min(rays.size(), (number + 1) * RAYS);
+  List list(blocks);  // of this thread alone, until it is done
   for (std::size_t i = number * RAYS; i < end; ++i) {
     if (cells[i] == SurfaceNormals::NO_CELL) {
       continue;
@@ -72,22 +29,74 @@ void PassageLists::list(std::size_t number, MeasuredRays& rays, const SurfaceNor
     if (i + AHEAD < end && cells[i + AHEAD] != SurfaceNormals::NO_CELL) {
       __builtin_prefetch(&normals.at(cells[i + AHEAD]));
     }
-    ray = static_cast<std::uint32_t>(i);
     const RayParts parts = rays.aim(i, normals.at(cells[i]));
-    pass(parts.front, parts.back);
+    const auto ray = static_cast<std::uint32_t>(i);
+    list.add(CellWalk(parts.front, parts.back), ray);
     if (parts.is_grazing) {
-      pass(parts.outside, parts.inside);
+      list.add(CellWalk(parts.outside, parts.inside), ray);
     }
     if (carve) {
-      CellWalk(inBlocks(rays.sensor(i)), inBlocks(parts.front)).each([&](std::uint64_t key) {
-        const std::uint32_t block = blocks.find(key);
-        if (block != KeyIndex::NONE) {
-          list.passages.push_back({nullptr, block, ray, 0, 0});
-        }
-      });
+      list.addCarved(CellWalk(inBlocks(rays.sensor(i)), inBlocks(parts.front)), ray);
     }
   }
   lists_[number] = std::move(list);
+}
+
+PassageLists::List::List(const KeyIndex& blocks) : blocks(&blocks), voxels(USUAL_VOXELS * RAYS)
+{
+  passages.reserve(USUAL_PASSAGES * RAYS);
+}
+
+void PassageLists::List::add(const CellWalk& walk, std::uint32_t ray)
+{
+  const std::size_t most = used + walk.count() + PADDING;
+  if (voxels.size() < most) {
+    voxels.resize(std::max(2 * voxels.size(), most));
+  }
+  std::uint16_t* const begin = voxels.data();
+  std::uint16_t* at = begin + used;
+  std::uint64_t block = NOWHERE;
+  const auto close = [this, begin, &at] {
+    const auto end = static_cast<std::size_t>(at - begin);
+    passages.back().count = static_cast<std::uint32_t>(end - used);
+    used = end;
+  };
+  walk.each([&](std::uint64_t voxel) {
+    if ((voxel & ~WITHIN_BLOCK) != block) {
+      if (block != NOWHERE) {
+        close();
+      }
+      block = voxel & ~WITHIN_BLOCK;
+      BlockPassage& passage = passages.emplace_back();
+      passage.block = numberOf(blockOf(voxel));
+      passage.ray = ray;
+      passage.first = static_cast<std::uint32_t>(used);
+    }
+    *at++ = static_cast<std::uint16_t>(voxelInBlock(voxel));
+  });
+  close();
+}
+
+void PassageLists::List::addCarved(const CellWalk& walk, std::uint32_t ray)
+{
+  walk.each([this, ray](std::uint64_t key) {
+    const std::uint32_t block = blocks->find(key);
+    if (block != KeyIndex::NONE) {
+      passages.push_back({nullptr, block, ray, 0, 0});
+    }
+  });
+}
+
+std::uint32_t PassageLists::List::numberOf(std::uint64_t key)
+{
+  if (key != last_key) {
+    last_key = key;
+    last = blocks->find(key);
+  }
+  if (last == KeyIndex::NONE) {
+    new_blocks.push_back(key);
+  }
+  return last;
 }
 
 std::vector<BlockPassages> PassageLists::byBlock(KeyIndex& blocks,

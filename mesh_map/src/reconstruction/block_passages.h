@@ -50,11 +50,24 @@ class PassageLists
   }
 
  private:
+  static constexpr std::uint64_t NOWHERE = ~std::uint64_t{0};
+
   struct List
   {
+    List() = default;
+    explicit List(const KeyIndex& blocks);
+
+    void add(const CellWalk& walk, std::uint32_t ray);        // through voxels
+    void addCarved(const CellWalk& walk, std::uint32_t ray);  // through blocks; old ones count
+    std::uint32_t numberOf(std::uint64_t key);
+
+    const KeyIndex* blocks = nullptr;
     std::vector<BlockPassage> passages;
     std::vector<std::uint64_t> new_blocks;  // keys of those that have no number yet
     std::vector<std::uint16_t> voxels;
+    std::size_t used = 0;  // of voxels
+    std::uint64_t last_key = NOWHERE;
+    std::uint32_t last = KeyIndex::NONE;
   };
 
   std::vector<List> lists_;
