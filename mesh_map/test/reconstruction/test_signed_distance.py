@@ -277,6 +277,37 @@ def test_colors_and_intensities_are_those_of_the_points_near():
     assert field.extract().colors is None and field.extract().intensities is None
 
 
+def test_each_point_counts_once_however_many_come_at_a_time():
+    random = np.random.default_rng(0)
+    points = np.c_[random.uniform(-1, 1, (1200, 2)), np.full(1200, 0.03)]
+    shades, strengths = [200, 200, 80], [1.0, 1.0, 4.0]
+
+    def measured(repeats):
+        count = len(points)
+        colors = np.repeat(np.uint8(shades)[repeats], count)[:, None] * np.ones(3, np.uint8)
+        intensities = np.repeat(np.float32(strengths)[repeats], count)
+        return dict(colors=colors, intensities=intensities), np.tile(points, (len(repeats), 1))
+
+    surfaces = []
+    for calls in ([[0]], [[0], [1], [2]], [[0, 1, 2]]):
+        field = SignedDistanceField(voxel_size=0.1, colors=True, intensities=True)
+        for repeats in calls:
+            more, all_points = measured(repeats)
+            field.integrate(all_points, [0, 0, 3], **more)
+        surfaces.append(field.extract())
+    once, apart, together = surfaces
+    assert 2 < np.median(once.observations) < 20
+    for surface in (apart, together):
+        inner = (np.abs(surface.vertices[:, :2]) < 0.8).all(axis=1)
+        assert inner.sum() > 200
+        assert np.abs(surface.colors[inner].astype(int) - 160).max() <= 2
+        assert np.abs(surface.intensities[inner] - 2).max() < 1e-3
+        assert np.median(np.abs(surface.vertices[inner, 2] - 0.03)) < 1e-4
+    assert np.array_equal(apart.faces, together.faces)
+    assert np.allclose(apart.observations, together.observations, rtol=0.02)
+    assert np.median(apart.observations) == pytest.approx(3 * np.median(once.observations), 0.05)
+
+
 def test_a_world_scanned_from_within_is_near_the_truth():
     world = outdoor_world(5_000)
     index = SpatialIndex(world.vertices, world.faces)
