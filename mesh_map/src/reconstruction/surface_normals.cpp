@@ -65,6 +65,22 @@ std::vector<std::uint32_t> SurfaceNormals::add(ArrayView<float> points,
                                                ArrayView<std::uint8_t> is_used, Run& run)
 {
   const std::vector<std::uint32_t> cells = cellsOf(points, is_used, run);
+  try {
+    addSums(points, cells, run);
+  } catch (...) {  // canceled: cells that were listed are to be listed again
+    for (const std::uint32_t cell : cells) {
+      if (cell != NO_CELL && cells_[cell].count_before < 0) {
+        cells_[cell].count_before = 0;
+      }
+    }
+    throw;
+  }
+  return cells;
+}
+
+void SurfaceNormals::addSums(ArrayView<float> points, const std::vector<std::uint32_t>& cells,
+                             Run& run)
+{
   // Each thread sums up cells of its own, in the order of their points.
   std::vector<std::vector<std::uint32_t>> stale(run.threads());
   run.each(stale.size(), 1, 0.0, [&](std::size_t part) {
@@ -91,7 +107,6 @@ std::vector<std::uint32_t> SurfaceNormals::add(ArrayView<float> points,
     cell.normal = normalOf(anew[i]);
     cell.count_before = cell.count;
   });
-  return cells;
 }
 
 /// New ones are numbered in the order of their points.

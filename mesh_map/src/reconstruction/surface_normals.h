@@ -53,7 +53,7 @@ class SurfaceNormals
     float count = 0;
     float sum[3] = {0, 0, 0};
     float square[6] = {0, 0, 0, 0, 0, 0};  // xx, xy, xz, yy, yz, zz
-    float count_before = 0;                // when the normal was computed
+    float count_before = 0;                // when the normal was computed; -1 while it is to be
     PointNormal normal;
 
     void add(const std::array<float, 3>& from_middle);
@@ -62,6 +62,7 @@ class SurfaceNormals
 
   std::vector<std::uint32_t> cellsOf(ArrayView<float> points, ArrayView<std::uint8_t> is_used,
                                      Run& run);
+  void addSums(ArrayView<float> points, const std::vector<std::uint32_t>& cells, Run& run);
   GridPlace placeOf(const float* point) const;
   std::array<float, 3> fromMiddle(const float* point) const;
   PointNormal normalOf(std::uint32_t cell) const;
