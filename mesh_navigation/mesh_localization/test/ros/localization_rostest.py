@@ -44,8 +44,10 @@ class LocalizationTest(unittest.TestCase):
     def is_told_where_it_is(self):
         machine = self.machine
         machine.wait_for_state(LOST, "there is no map on /map/mesh yet")
+        self.is_not_found("relocalize", "the robot cannot be looked for: there is no map on")
         machine.publish_map()
         machine.wait_for_state(LOST, "it has not been told where it is")
+        self.is_not_found("relocalize_nearby", "nothing is known of where it is")
         self.assertFalse(machine.corrections)
         off = motion(np.array([0.3, -0.2, 0.0, 0.0, 0.0, math.radians(5)]))
         machine.say_pose(machine.place() @ off)
@@ -70,12 +72,19 @@ class LocalizationTest(unittest.TestCase):
         """Carried far away it is lost, and found by a search, or told where it is."""
         machine = self.machine
         self.is_carried_away("goal")
+        self.is_not_found("relocalize_nearby", "")
         answer = rospy.ServiceProxy("/mesh_localization/relocalize", Trigger)()
         self.assertTrue(answer.success, answer.message)
         self.is_localized_again()
         self.is_carried_away("start")
         machine.say_pose(machine.place())
         self.is_localized_again()
+
+    def is_not_found(self, service, words):
+        rospy.wait_for_service("/mesh_localization/" + service)
+        answer = rospy.ServiceProxy("/mesh_localization/" + service, Trigger)()
+        self.assertFalse(answer.success, answer.message)
+        self.assertIn(words, answer.message)
 
     def is_carried_away(self, place):
         machine, states = self.machine, len(self.machine.states)
