@@ -7,7 +7,7 @@ from mesh_map.base.errors import MeshMapError
 from mesh_localization.sensing.scan_intake import NotYet, ScanIntake, Unusable
 from mesh_localization.sensing.sensor_scan import SensorScan
 
-ODD = "odd"
+ODD, STRANGE = "odd", "strange"
 
 
 class World:
@@ -20,6 +20,8 @@ class World:
     def decode(self, sensor, message):
         if message == ODD:
             raise MeshMapError("it is odd")
+        if message == STRANGE:
+            raise ValueError("never thought of")
         return SensorScan(sensor, Time.from_sec(message), None, None)
 
     def place(self, scan):
@@ -80,6 +82,8 @@ def test_what_cannot_be_used_says_why(world):
     world.intake.put("front", ODD)
     world.intake.put("broken", 1.0)
     assert world.next() == [Unusable("it is odd", ODD), Unusable("it is broken", 1.0)]
+    world.intake.put("front", STRANGE)
+    assert world.next() == [Unusable("ValueError: never thought of", STRANGE)]
 
 
 def test_nothing_is_left_after_clear(world):

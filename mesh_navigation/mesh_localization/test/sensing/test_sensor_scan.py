@@ -42,6 +42,13 @@ def test_points_that_say_nothing_are_left_out():
     np.testing.assert_allclose(scan.points, points[[0, 2, 4, 5]], atol=1e-6)
 
 
+def test_points_out_of_this_world_are_left_out():
+    points = spread_points(30)
+    points[3], points[4] = 3e38, [1e6, 0.0, 0.0]
+    scan = cloud_scan(cloud(points), RangeLimits())
+    np.testing.assert_allclose(scan.points, np.delete(points, [3, 4], axis=0), atol=1e-6)
+
+
 def test_ranges_are_limited_and_rays_are_chosen():
     points = spread_points(1000)
     limits = RangeLimits(nearest=2.0, farthest=50.0, most=100)

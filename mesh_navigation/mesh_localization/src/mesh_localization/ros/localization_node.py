@@ -10,7 +10,7 @@ from typing import Any, Callable, Dict, Mapping, Optional, Sequence
 import numpy as np
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from mesh_map.base.errors import MeshMapError
+from mesh_map.base.errors import MeshMapError, error_line
 from mesh_map.base.parameter import misspelled, read_parameters
 from mesh_map.ros.log import forward_log
 from mesh_map.ros.parameter_server import ParameterServer
@@ -112,8 +112,13 @@ class LocalizationNode:
             for sensor, result in self._intake.next():
                 if isinstance(result, Unusable):
                     self._refuse(sensor, result.reason)
-                else:
+                    continue
+                try:
                     self._use(sensor, result)
+                except Exception as error:  # of one scan; others go on
+                    if rospy.core.is_shutdown_requested():
+                        raise
+                    self._refuse(sensor, error_line(error))
             self._look(rospy.Time.now())
 
     # What comes

@@ -5,8 +5,7 @@ import time
 from collections import Counter
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
-from mesh_map.base.errors import MeshMapError
-from mesh_msgs.text import one_line
+from mesh_map.base.errors import MeshMapError, error_line
 
 from mesh_localization.sensing.placed_scan import PlacedScan
 from mesh_localization.sensing.sensor_scan import SensorScan
@@ -46,8 +45,8 @@ class ScanIntake:
     ) -> None:
         """
         Args:
-            decode: sensor, message -> scan; MeshMapError: unusable.
-            place: NotYet: it is asked again; other MeshMapErrors: unusable.
+            decode: sensor, message -> scan; what it raises: unusable.
+            place: NotYet: it is asked again; whatever else it raises: unusable.
             patience: see there.
             now: the computer's time (s).
         """
@@ -99,8 +98,8 @@ class ScanIntake:
         for sensor, message in messages:
             try:
                 self._waiting[sensor] = self._decode(sensor, message), message, self._now()
-            except MeshMapError as error:
-                refused.append((sensor, Unusable(one_line(error), message)))
+            except Exception as error:  # of whatever is published there; the node goes on
+                refused.append((sensor, Unusable(error_line(error), message)))
         return refused
 
     def _placed(self, scan: SensorScan, message: Any, since: float) -> Optional[Result]:
@@ -108,6 +107,6 @@ class ScanIntake:
             return self._place(scan)
         except NotYet as error:
             late = self._now() - since > self.patience
-            return Unusable(one_line(error), message) if late else None
-        except MeshMapError as error:
-            return Unusable(one_line(error), message)
+            return Unusable(str(error), message) if late else None
+        except Exception as error:  # as above
+            return Unusable(error_line(error), message)

@@ -16,6 +16,7 @@ from mesh_localization.sensing.ray_choice import chosen_rays
 # Beams without a return are given out at the largest range by some drivers: of a scan of which
 # such a share is at one range, it is that.
 _ONE_RANGE, _NEARLY = 0.9, 0.005
+_FARTHEST = 1e5  # m; what no sensor measures is no point
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def _within(values: CloudValues, limits: RangeLimits) -> CloudValues:
     if len(ranges) > 1 and at_farthest >= _ONE_RANGE * len(ranges):
         text = "%d of its %d points are %.1f m away: it has met nothing"
         raise MeshMapError(text % (at_farthest, len(ranges), farthest))
-    near = ranges >= max(0.0, limits.nearest)
+    near = (ranges >= max(0.0, limits.nearest)) & (ranges < _FARTHEST)
     if limits.farthest >= 0:
         near &= ranges < limits.farthest
     if not near.any():
