@@ -17,7 +17,7 @@ def test_all_pages_are_in_the_table_of_contents():
     assert [line for line in index.splitlines() if line in {page.stem for page in PAGES}] == [
         page.stem for page in PAGES
     ]
-    assert len(PAGES) == 11
+    assert len(PAGES) == 12
 
 
 @pytest.mark.parametrize(
