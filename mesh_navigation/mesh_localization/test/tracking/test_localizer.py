@@ -314,3 +314,17 @@ def test_a_sensor_that_sits_higher_than_it_is_said(mesh, drive):
     assert estimate.state == TrackingState.OK
     assert "mast" in robot.localizer.mounting_fault and "0.1" in robot.localizer.mounting_fault
     assert "above" in robot.localizer.mounting_fault
+
+
+def test_odometry_that_scatters_from_step_to_step_is_believed(mesh, drive):
+    """Wheels on gravel: 5 cm after 1 m, with another error in each step."""
+    noisy = OdometryDrift(noise=0.05).of(drive, seed=4)
+    robot = Robot(mesh, drive.poses(drive.times[:1])[0])
+    moments = drive.times[0] + np.arange(0, 12, PERIOD)
+    estimates = []
+    begin = inverse(robot.truth)
+    for truth, odometry in zip(drive.poses(moments), noisy.poses(moments)):
+        robot.truth, robot.odometry = truth, begin @ odometry
+        estimates += robot.scan()
+        assert off(estimates[-1].pose, truth)[0] < max(0.03, 3 * estimates[-1].deviations[0])
+    assert np.mean(np.array(states(estimates)) == TrackingState.OK) > 0.9

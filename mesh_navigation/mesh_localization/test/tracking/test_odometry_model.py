@@ -6,7 +6,8 @@ from mesh_map.registration.rigid import inverse, motion, numbers_of
 
 from mesh_localization.tracking.odometry_model import OdometryModel, OdometryMotion, turn_of
 
-MODEL = OdometryModel(0.01, 0.0009, 0.0025, 0.0004)
+STILL = 0.0, 0.0
+MODEL = OdometryModel(0.01, 0.0009, 0.0025, 0.0004, STILL)
 SURE = np.zeros((6, 6))
 TILTED = motion([0, 0, 0, 0.1, 0.0, 0.0])  # odometry that knows what is level
 
@@ -57,7 +58,7 @@ def test_a_covariance_is_told_in_the_frame_of_the_robot_that_moved():
     heading = np.diag([0, 0, 0, 0, 0, 0.01])
     way = OdometryMotion(TILTED)
     way.add(TILTED @ motion([10.0, 0, 0, 0, 0, 0]))
-    covariance = way.grown(heading, OdometryModel(0, 0, 0, 0))
+    covariance = way.grown(heading, OdometryModel(0, 0, 0, 0, STILL))
     assert np.sqrt(covariance[1, 1]) == pytest.approx(1.0)
     assert covariance[0, 0] == pytest.approx(0, abs=1e-12)
     random = np.random.default_rng(1)
@@ -65,7 +66,7 @@ def test_a_covariance_is_told_in_the_frame_of_the_robot_that_moved():
     begin, step = TILTED @ motion([3, 1, 0, 0, 0, 0.7]), motion([10.0, 0, 0, 0, 0, 0.4])
     way = OdometryMotion(begin)
     way.add(begin @ step)
-    expected = way.grown(heading, OdometryModel(0, 0, 0, 0))
+    expected = way.grown(heading, OdometryModel(0, 0, 0, 0, STILL))
     found = np.array([numbers_of(inverse(step) @ motion(0.1 * one) @ step) for one in off])
     assert np.allclose(100 * np.cov(found.T), expected, atol=0.05)
 
@@ -78,3 +79,12 @@ def test_odometry_of_a_plane_does_not_know_height_and_tilt():
         deviations = np.sqrt(np.diag(way.grown(SURE, MODEL)))
         assert (deviations[2:5].min() > 0.8) == is_planar
         assert deviations[:2].max() < 0.4 and deviations[5] < 0.1
+
+
+def test_errors_that_differ_from_step_to_step_grow_with_the_root():
+    for length, deviation in ((1.0, 0.02), (4.0, 0.04)):
+        way = OdometryMotion(TILTED)
+        way.add(TILTED @ motion([length, 0, 0, 0, 0, 0]))
+        covariance = way.grown(SURE, OdometryModel(0, 0, 0, 0, (0.0004, 0.0001)))
+        found = np.sqrt(np.diag(covariance))
+        assert np.allclose(found, np.repeat([deviation, deviation / 2], 3))

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Tuple
 
 import numpy as np
 from mesh_map.registration.rigid import adjoint, inverse
@@ -24,12 +25,15 @@ class OdometryModel:
         rotation_by_translation: odom_alpha2, rad^2 of each m^2 driven.
         translation_by_translation: odom_alpha3, m^2 of each m^2 driven.
         translation_by_rotation: odom_alpha4, m^2 of each rad^2 turned.
+        walk: m^2 and rad^2 for each m driven and rad turned, of errors that differ from step to
+            step, as those of wheels on gravel do.
     """
 
     rotation_by_rotation: float = 0.0025
     rotation_by_translation: float = 0.0004
     translation_by_translation: float = 0.0025
     translation_by_rotation: float = 0.0004
+    walk: Tuple[float, float] = (0.001, 0.0006)
 
     def variances(self, driven: float, turned: float) -> np.ndarray:
         """(6,) m^2 and rad^2 by which a pose is less sure after so many m and rad."""
@@ -37,7 +41,8 @@ class OdometryModel:
         translation += self.translation_by_rotation * turned**2
         rotation = self.rotation_by_rotation * turned**2
         rotation += self.rotation_by_translation * driven**2
-        return np.repeat([translation, rotation], 3)
+        way = driven + turned
+        return np.repeat([translation + self.walk[0] * way, rotation + self.walk[1] * way], 3)
 
 
 class OdometryMotion:
