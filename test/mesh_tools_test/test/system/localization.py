@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """A robot that is driven on localization: the launch file for users, with odometry that slips and
-drifts and a lidar with noise. It arrives where it was sent; carried elsewhere it stands, until it
-has been told where it is, and arrives, too.
+drifts and a lidar with noise. It arrives where it was sent; carried elsewhere it stands, finds out
+where it is, and arrives, too.
 """
 import itertools
 import math
@@ -26,6 +26,7 @@ from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_tools_test.demo.processes import process
 from mesh_tools_test.driving import shipped
 from std_msgs.msg import Time as TimeMessage
+from std_srvs.srv import Trigger
 
 SERVER, ROBOT, LOCALIZER = "/move_base_flex", "/surface_robot", "/mesh_localization"
 LOST, OK = LocalizationState.LOST, LocalizationState.OK
@@ -113,7 +114,7 @@ class Localization(unittest.TestCase):
         self.wait_for(lambda: self.left(FIRST) > 1.0, "half of the way")
         self.stands_once_it_is_kidnapped()
         self.assertEqual(ended, [])
-        self.is_told_where_it_is()
+        self.looks_for_itself()
         self.arrives(SECOND, ended)
 
     def left(self, place):
@@ -134,6 +135,12 @@ class Localization(unittest.TestCase):
         self.wait_for(lambda: self.states[-1].state == LOST, "a robot that is lost")
         self.put(np.array(self.track[-1][1:]) + TOLD_OFF, "/initialpose")
         self.wait_for(lambda: self.states[-1].state == OK, "a robot that knows where it is")
+
+    def looks_for_itself(self):
+        """On the whole map, without a pose."""
+        answer = rospy.ServiceProxy(LOCALIZER + "/relocalize", Trigger)()
+        self.assertTrue(answer.success, answer.message)
+        self.wait_for(lambda: self.states[-1].state == OK, "a robot that has found itself")
 
     def drive(self, goal):
         """Send a goal; returns a list that gets its end."""
