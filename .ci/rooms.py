@@ -94,8 +94,8 @@ PYTHON = {
     "mesh_tools_test": [
         {"site"},
         {"faults", "screen", "tutorials"},
-        {"demo"},
-        {"driving", "layers", "localization", "planning", "reconstruction", "spatial"}
+        {"demo", "localization"},
+        {"driving", "layers", "planning", "reconstruction", "spatial"}
         | {"display", "reference", "troubleshooting"},
         {"", "base"},
     ],

@@ -5,10 +5,11 @@
 
 Parts: follow (a drive over each world: errors beside those of the odometry), obstacles (a third of
 the rays ends on what is not on the map), starts (poses that are told 0.5 m and 5 degrees wrong),
-nowhere (poses that are not told at all, in a building of 100 x 100 m with two storeys), peer (GICP
-of Open3D on the vertices of the map, where python3-open3d is installed). Odometry slips by 1 % and
-turns by 0.5 degrees a meter; a lidar of 16 rings at 10 Hz has 15 mm of noise, and 2,000 rays of a
-scan are used, by one core.
+drives (to goals by the localization, beside the same by the truth), nowhere (poses that are not
+told at all, in a building of 100 x 100 m with two storeys), peer (GICP of Open3D on the vertices
+of the map, where python3-open3d is installed). Odometry slips by 1 % and turns by 0.5 degrees a
+meter; a lidar of 16 rings at 10 Hz has 15 mm of noise, and 2,000 rays of a scan are used, by one
+core.
 """
 
 import argparse
@@ -17,10 +18,10 @@ import sys
 from typing import Callable, Dict, List
 
 from mesh_tools_test.base import figures
-from mesh_tools_test.localization import following, from_nowhere, peers
+from mesh_tools_test.localization import drives, following, from_nowhere, peers
 from mesh_tools_test.localization.worlds import FACES, WORLDS, LocalizationWorld
 
-NAMES = ("follow", "obstacles", "starts", "nowhere", "peer")
+NAMES = ("follow", "obstacles", "starts", "drives", "nowhere", "peer")
 
 
 def main() -> int:
@@ -29,18 +30,20 @@ def main() -> int:
     parser.add_argument("--faces", type=int, default=FACES, help="of a world")
     parser.add_argument("--scans", type=int, default=600, help="of a drive")
     parser.add_argument("--starts", type=int, default=following.STARTS, help="in each world")
+    parser.add_argument("--drives", type=int, default=drives.DRIVES, help="in each world")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, metavar="PART")
     parser.add_argument(
         "--worlds", nargs="+", choices=list(WORLDS), default=list(WORLDS), metavar="WORLD"
     )
     parser.add_argument("--json", metavar="FILE", help="also write the figures there")
     options = parser.parse_args()
-    if min(options.scans, options.starts) < 1:
-        parser.error("at least 1 scan and start")
+    if min(options.scans, options.starts, options.drives) < 1:
+        parser.error("at least 1 scan, start and drive")
     parts: Dict[str, Callable[[LocalizationWorld], List[figures.Figure]]] = {
         "follow": lambda world: following.measure(world, options.scans),
         "obstacles": lambda world: following.measure_obstacles(world, options.scans),
         "starts": lambda world: following.measure_starts(world, options.starts),
+        "drives": lambda world: drives.measure(world, options.drives),
         "peer": peers.measure,
     }
     found: List[figures.Figure] = []

@@ -210,12 +210,33 @@ def test_odometry_that_jumps_is_not_followed(mesh, drive):
         pose = after.pose
 
 
-def test_a_hidden_view_is_no_other_place(mesh, drive):
+def wall_around(share, distance=0.8):
+    """What hides a share of the view, as (m)."""
+
+    def hidden(origins, directions):
+        around = np.arctan2(directions[:, 1], directions[:, 0]) / np.pi
+        return np.where(around < 2 * share - 1, distance, np.inf)
+
+    return hidden
+
+
+def test_a_view_that_is_hidden_more_and_more_is_no_other_place(mesh, drive):
     robot = Robot(mesh, drive.poses([drive.times[0] + 8])[0])
     robot.scan(3)
-    estimates = robot.scan(8, lambda origins, directions: np.full(len(directions), 0.8))
+    for share in (0.3, 0.6, 0.7):
+        robot.scan(1, wall_around(share))
+    estimates = robot.scan(8, wall_around(0.95))
     assert set(states(estimates)) == {TrackingState.UNCERTAIN}
     assert "hidden" in estimates[-1].reason
+    assert off(estimates[-1].pose, robot.truth)[0] < 0.02
+    assert robot.scan(3)[-1].state == TrackingState.OK
+
+
+def test_a_view_that_is_hidden_at_once_may_be_another_place(mesh, drive):
+    robot = Robot(mesh, drive.poses([drive.times[0] + 8])[0])
+    robot.scan(3)
+    estimates = robot.scan(8, wall_around(1.0))
+    assert states(estimates) == [TrackingState.UNCERTAIN] * 5 + [TrackingState.LOST] * 3
     assert off(estimates[-1].pose, robot.truth)[0] < 0.02
     assert robot.scan(3)[-1].state == TrackingState.OK
 

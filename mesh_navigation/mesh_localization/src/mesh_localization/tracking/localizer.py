@@ -27,6 +27,7 @@ _ARM = 5.0  # m at which the uncertain heading of a pose moves points
 _SCATTER = 5.0  # times the usual residual, that a point may be off the surface
 _LEAST_TOLERANCE = 0.04  # m
 _LEARNED = 0.02  # by each scan, of the usual residual
+_OPEN = 0.5  # of the rays that the map explains, from which on a view is open
 _AGREED = 0.1, 0.03  # m and rad, that poses of scans which agree are apart
 _UNSURE = np.diag(np.square([0.5, 0.5, 0.3, 0.1, 0.1, 0.2]))  # of who is lost
 
@@ -58,7 +59,8 @@ class TrackingOptions:
         least_rays: the same, their number.
         confirmations: scans one after the other that have to agree before a pose is believed.
         lost_scans: scans one after the other that are below `lost_share` until the robot is lost;
-            unbelieved_scans: that are not believed, for whatever reason but a hidden view.
+            unbelieved_scans: that are not believed; of a hidden view only where it was open in the
+            scan before.
         ok_deviation, lost_deviation: (m, rad), standard deviations in the worst direction from
             which on the state is uncertain, and lost.
         silence: s without a scan that was believed until it is uncertain; lost_silence: until it
@@ -176,6 +178,7 @@ class Localizer:
         )  # corrections of scans that agree with each other, not with odometry
         self._state, self._reason = TrackingState.LOST, "it has not been told where it is"
         self._followed = False  # from scan to scan, not just put or lost
+        self._covered = False  # whether the view was open before it was hidden
         self._believed = -math.inf  # s, the time of the last scan that was
         self._residual = options.tolerance / _SCATTER  # m, as scans have it that are believed
 
@@ -389,28 +392,31 @@ class Localizer:
         hidden = self._is_hidden(fates)
         bad = fates.share < options.lost_share and not hidden and not believed
         self._bad = self._bad + 1 if bad else 0
-        self._strange = 0 if believed or hidden else self._strange + 1
+        explained = fates.count(RayFate.EXPLAINED) / max(1, len(fates.fates))
+        if not hidden:
+            self._covered = believed and explained > _OPEN
+        # People come into the view one after the other; all of it at once is another place.
+        self._strange = 0 if believed or (hidden and not self._covered) else self._strange + 1
         if believed:
             # As a mean of the first scans, then slowly: a wrong place is not learned.
             rate = max(_LEARNED, 1 / self._good)
             self._residual += rate * (fates.residual - self._residual)
-        through = "%.0f %% of the rays that meet the map go through it" % (100 - 100 * fates.share)
+        why = "%.0f %% of the rays that meet the map go through it" % (100 - 100 * fates.share)
+        if hidden:
+            text = "the map explains %d of %d rays: the view is hidden, or it is another map"
+            why = text % (fates.count(RayFate.EXPLAINED), len(fates.fates))
+        elif self._agreed:
+            why = "scans fit the map elsewhere than odometry allows"
         if self._good >= options.confirmations:
             self._state, self._reason = TrackingState.OK, ""
         elif self._bad >= options.lost_scans or self._strange >= options.unbelieved_scans:
-            self._state, self._reason = TrackingState.LOST, through
-        elif self._state != TrackingState.LOST or believed:
+            self._state, self._reason = TrackingState.LOST, why
+        elif believed:
+            text = "%d of %d scans have confirmed the pose"
             self._state = TrackingState.UNCERTAIN
-            if believed:
-                text = "%d of %d scans have confirmed the pose"
-                self._reason = text % (self._good, options.confirmations)
-            elif hidden:
-                text = "the map explains %d of %d rays: the view is hidden, or it is another map"
-                self._reason = text % (fates.count(RayFate.EXPLAINED), len(fates.fates))
-            elif self._agreed:
-                self._reason = "scans fit the map elsewhere than odometry allows"
-            else:
-                self._reason = through
+            self._reason = text % (self._good, options.confirmations)
+        elif self._state != TrackingState.LOST:
+            self._state, self._reason = TrackingState.UNCERTAIN, why
 
     def _judge_silence(self, silence: float) -> None:
         options = self.options

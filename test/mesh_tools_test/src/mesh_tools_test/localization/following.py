@@ -109,7 +109,7 @@ def measure(world: LocalizationWorld, count: int) -> List[Figure]:
     angles = np.degrees(found.turned)
     figures = [
         Figure(
-            "%s, %.2f M faces: error, median" % (world.name, world.faces / 1e6),
+            "%s, %.2f M faces: error, median" % (world.name, len(world.geometry.faces) / 1e6),
             1e3 * float(np.median(found.errors)),
             "mm",
             "odometry",

@@ -36,7 +36,7 @@ def measure(world: LocalizationWorld, count: int = COUNT) -> List[Figure]:
         begin = time.process_time()
         ours = world.target.register(sample, guess, matching=RAYS, max_distance=1.0)
         middle = time.process_time()
-        theirs = _generalized_icp(open3d, world.vertices, sample, guess)
+        theirs = _generalized_icp(open3d, world.geometry.vertices, sample, guess)
         end = time.process_time()
         found = guess if ours is None else ours.pose
         rows.append((_off(truth, found), middle - begin, _off(truth, theirs), end - middle))

@@ -42,16 +42,14 @@ class LocalizationWorld:
         truth: what the lidar sees.
         target: the map, whose batches are cast by one thread.
         sensor: the true drive of the lidar.
-        vertices: (V, 3) m of the map.
-        faces: how many it has.
+        geometry: of the map.
     """
 
     name: str
     truth: MeshGeometry
     target: PlaneTarget
     sensor: Trajectory
-    vertices: np.ndarray
-    faces: int
+    geometry: MeshGeometry
 
 
 def _world(
@@ -59,8 +57,7 @@ def _world(
 ) -> LocalizationWorld:
     target = PlaneTarget(geometry.spatial_index, geometry.face_normals)
     target.index.threads = 1
-    faces = len(geometry.faces)
-    return LocalizationWorld(name, truth, target, sensor, geometry.vertices, faces)
+    return LocalizationWorld(name, truth, target, sensor, geometry)
 
 
 def outdoor(faces: int) -> LocalizationWorld:

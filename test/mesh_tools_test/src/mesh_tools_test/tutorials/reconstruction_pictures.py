@@ -102,7 +102,7 @@ def all_pictures(folder: Path) -> None:
         folder / "fill_shadows.png",
         [
             (f"fill_shadows {value:g} m", surface_of(field, fill_shadows=value))
-            for value in (0, 0.3, 1)
+            for value in (0, 0.2, 1)
         ],
     )
     _from_above(
