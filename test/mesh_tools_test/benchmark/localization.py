@@ -14,12 +14,15 @@ core.
 
 import argparse
 import json
+import os
 import sys
 from typing import Callable, Dict, List
 
-from mesh_tools_test.base import figures
-from mesh_tools_test.localization import drives, following, from_nowhere, peers
-from mesh_tools_test.localization.worlds import FACES, WORLDS, LocalizationWorld
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the node does, before NumPy is loaded
+
+from mesh_tools_test.base import figures  # noqa: E402
+from mesh_tools_test.localization import drives, following, from_nowhere, peers  # noqa: E402
+from mesh_tools_test.localization.worlds import FACES, WORLDS, LocalizationWorld  # noqa: E402
 
 NAMES = ("follow", "obstacles", "starts", "drives", "nowhere", "peer")
 
