@@ -21,6 +21,7 @@ _REACH = 3.0  # deviations within which the surface is looked for
 _LEAST_REACH, _MOST_REACH = 0.3, 2.0  # m
 _NEAREST = 0.1  # m within which points count in the end
 _NEARBY = 1.0  # m around a pose that was told, within which a better one is looked for
+_AROUND = 1.5  # deviations
 _FEW, _CLEARLY = 500, 0.05  # rays for that, and the share of them by which a better one is
 _GATE = 5.0  # deviations that a scan may be off the odometry
 _ARM = 5.0  # m at which the uncertain heading of a pose moves points
@@ -327,9 +328,10 @@ class Localizer:
             few.points, predicted, origins=few.origins, prior=prior, max_distance=_NEARBY
         )
         begins = [] if near is None else [near.pose]
-        side = min(deviations_of(covariance)[0], _NEARBY)
-        for x, y in ((side, 0), (-side, 0), (0, side), (0, -side)):
-            begins.append(predicted @ motion(np.array([x, y, 0.0, 0.0, 0.0, 0.0])))
+        side = min(_AROUND * deviations_of(covariance)[0], _NEARBY)
+        for angle in np.arange(8) * math.pi / 4:
+            shift = np.array([side * math.cos(angle), side * math.sin(angle), 0.0, 0.0, 0.0, 0.0])
+            begins.append(predicted @ motion(shift))
         best, most = None, _fit(self._fates(few, match.pose))
         for begin in begins:
             found = self._laid(few, begin, side)

@@ -108,7 +108,7 @@ def measure(world: LocalizationWorld, count: int = DRIVES) -> List[Figure]:
     """Drives with the shipped configuration, each by its localization and by the truth; those that
     the truth does not finish are left out."""
     geometry = world.geometry
-    mesh_map = shipped.shipped_map(geometry.vertices, geometry.faces, max_edge_length=0.0)
+    mesh_map = shipped.shipped_map(geometry.vertices, geometry.faces)
     shape = shipped.body(mesh_map)
     planner, controller = shipped.planner(mesh_map, shape), shipped.controller(mesh_map, shape)
     pairs: List[_Pair] = []
