@@ -168,6 +168,8 @@ def test_frames_have_to_make_a_chain():
 
 def test_a_start_by_parameters():
     assert start_of(values_of(), {}) is None
+    for odd in (math.nan, math.inf, "here"):  # refused, and then told nothing
+        assert start_of(values_of(), {"initial_pose_x": odd}) is None
     given = {"initial_pose_x": 3.0, "initial_pose_a": math.pi / 2}
     start = start_of(values_of(**given), given)
     np.testing.assert_allclose(start.pose[:3, 3], [3.0, 0.0, 0.0])

@@ -175,3 +175,24 @@ def test_it_begins_anew(session, robot):
     report = session.look(0.1, robot.odometry)
     assert report.state == LOST and "it has not been told" in report.reason
     localized(session, robot)
+
+
+def test_a_search_that_took_longer_than_silence_may_last(session, robot):
+    """The scan that was looked for is old by then, but nobody is lost for that."""
+    assert session.look(1.1, robot.odometry).state == LOST
+    session.put(robot.pose, np.diag([1e-4] * 6), robot.scan(1.0), 8.0)
+    report = session.look(8.05, robot.odometry)
+    assert report.state == UNCERTAIN and report.is_known
+    for number in range(3):
+        report = session.add(robot.scan(8.1 + 0.1 * number))
+    assert report.state == OK and off(report, robot.pose) < 0.02
+
+
+def test_a_search_that_agrees_changes_nothing_and_another_one_does(session, robot):
+    time = localized(session, robot)
+    session.put(robot.pose, np.diag([1e-4] * 6), robot.scan(1.0), time + 0.1)
+    assert session.look(time + 0.1, robot.odometry).state == OK
+    elsewhere = robot.pose @ motion(np.array([1.0, 0, 0, 0, 0, 0]))
+    session.put(elsewhere, np.diag([1e-4] * 6), robot.scan(1.0), time + 0.1)
+    report = session.look(time + 0.1, robot.odometry)
+    assert report.state == UNCERTAIN and off(report, elsewhere) < 0.1

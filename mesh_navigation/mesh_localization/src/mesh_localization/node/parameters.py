@@ -202,8 +202,9 @@ def tracking_options(values: Mapping[str, Any]) -> TrackingOptions:
 
 
 def start_of(values: Mapping[str, Any], given: Mapping[str, Any]) -> Optional[Start]:
-    """Where the robot begins; None where nothing of it is given."""
-    if not any(name in given for name in _POSE):
+    """Where the robot begins; None where nothing of it is given, or what is no number."""
+    told = [given[name] for name in _POSE if name in given]
+    if not told or any(not isinstance(one, (int, float)) or not math.isfinite(one) for one in told):
         return None
     x, y, z, angle = (values[name] for name in _POSE)
     pose = np.eye(4)

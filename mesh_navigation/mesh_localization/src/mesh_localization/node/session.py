@@ -6,7 +6,7 @@ from typing import Callable, Dict, NamedTuple, Optional
 import numpy as np
 from mesh_map.base.errors import MeshMapError
 from mesh_map.registration.point_to_plane import RAYS, PlaneTarget
-from mesh_map.registration.rigid import inverse, moved
+from mesh_map.registration.rigid import inverse, moved, numbers_of
 
 from mesh_localization.node.start_pose import (
     Start,
@@ -31,6 +31,7 @@ _HALF_TURN = np.diag([1.0, -1.0, -1.0, 1.0])  # about x
 _TURNED_PERIOD = 2.0  # s between two looks whether a sensor is upside down
 _TURNED_REACH = 1.0  # m
 _TURNED_SHARE = 0.3  # of all rays, that the map has to explain then
+_AGREED = 0.2, 0.1  # m and rad, within which a search has found the robot where it is
 _SILENT = 0.3  # s without a scan, from which on odometry alone says where the robot is
 _NOT_TOLD = "it has not been told where it is: set a pose on initialpose, or call relocalize"
 
@@ -125,18 +126,24 @@ class LocalizationSession:
         """The robot is here, as soon as there are a map and odometry."""
         self._start, self.start_refusal = start, ""
 
-    def put(self, pose: np.ndarray, covariance: np.ndarray, scan: PlacedScan) -> None:
-        """A scan was found to lie here.
+    def put(self, pose: np.ndarray, covariance: np.ndarray, scan: PlacedScan, time: float) -> None:
+        """A scan was found to lie here. A robot that is OK there already goes on as it is.
 
         Args:
             pose: (4, 4) of the base in the map when the scan was made.
             covariance: (6, 6) about the axes of the base.
             scan: and where odometry was.
+            time: s, of now: a search takes longer than the silence after which a robot is lost.
         """
         assert self.target is not None
+        known = None if self._localizer is None else self._localizer.estimate(time)
+        if known is not None and known.state == TrackingState.OK:
+            off = numbers_of(inverse(known.correction @ scan.odometry) @ pose)
+            if np.linalg.norm(off[:3]) < _AGREED[0] and np.linalg.norm(off[3:]) < _AGREED[1]:
+                return
         self._start = self._added = None
         self._localizer = Localizer(self.target, self._options)
-        self._localizer.put(pose, covariance, scan.odometry, scan.scan.time)
+        self._localizer.put(pose, covariance, scan.odometry, time)
         self._turned_fault = self._start_fault = self.start_refusal = ""
 
     @property

@@ -5,7 +5,7 @@ import sys
 import time
 from collections import Counter
 from functools import partial
-from typing import Any, Callable, Dict, Mapping, Optional, Sequence
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
 
 import numpy as np
 import rospy
@@ -82,9 +82,11 @@ class LocalizationNode:
         self._unusable: "Counter[str]" = Counter()
         self._faults: Dict[str, str] = {}  # of sensors whose last message was not used
         self._complained: Dict[str, float] = {}
+        self._heard: Dict[str, float] = {}  # s, when something was used of a sensor
         self._scans: Dict[str, PlacedScan] = {}  # the newest of each sensor
         self._mounting_fault = ""
         self._now = self._correction_due = 0.0
+        self._asked: Mapping[str, Any] = self._values  # what is to hold, once its turn comes
         self._change(self._values)
 
     def run(self) -> None:
@@ -209,7 +211,7 @@ class LocalizationNode:
 
     def _found(self, fit: PoseFit, scan: PlacedScan) -> None:
         """Where the robot was when a scan was made; from another thread."""
-        self._jobs.put(partial(self._session.put, fit.pose, fit.covariance, scan))
+        self._jobs.put(lambda: self._session.put(fit.pose, fit.covariance, scan, rospy.get_time()))
 
     # What is done
 
@@ -237,6 +239,7 @@ class LocalizationNode:
 
     def _use(self, sensor: str, scan: PlacedScan) -> None:
         self._faults.pop(sensor, None)
+        self._heard[sensor] = rospy.get_time()
         self._scans[sensor] = scan
         begin = time.monotonic()
         report = self._session.add(scan)
@@ -292,9 +295,10 @@ class LocalizationNode:
 
     def _reconfigure(self, given: Mapping[str, Any]) -> Mapping[str, Any]:
         """Parameters told by dynamic_reconfigure; all that are in force."""
-        values, complaints = read_parameters(DYNAMIC_PARAMETERS, given, self._values)
+        values, complaints = read_parameters(DYNAMIC_PARAMETERS, given, self._asked)
         for complaint in complaints:
             rospy.logwarn("parameter ~%s", complaint)
+        self._asked = values
         self._jobs.put(partial(self._change, values))
         return values
 
@@ -307,6 +311,7 @@ class LocalizationNode:
         """For /diagnostics; from another thread."""
         report, faults = self._report, list(self._faults.values())
         faults += [self._mounting_fault] if self._mounting_fault else []
+        faults += self._silent_sensors(rospy.get_time())
         if self._values["tf_broadcast"]:
             text = (
                 "%s publishes where frame %s is, too: end one of the two, or set tf_broadcast false"
@@ -332,13 +337,26 @@ class LocalizationNode:
             return Status(OK, "the robot is localized", values)
         return Status(_LEVELS[report.state], report.reason, values)
 
+    def _silent_sensors(self, now: float) -> List[str]:
+        """A sentence for each sensor of which nothing was used for long; others may do their work,
+        but not what they cannot see."""
+        limit, found = self._values["lost_timeout"], []
+        for name, source in self._sensors.items():
+            heard = self._heard.setdefault(name, now)
+            if now - heard > limit and name not in self._faults:
+                text = "nothing was used of %s for %.1f s"
+                found.append(text % (rospy.resolve_name(source.topic), now - heard))
+        return found
+
 
 def _checked(given: Mapping[str, Any]) -> Dict[str, Any]:
     values, complaints = read_parameters(PARAMETERS, given)
     known = [parameter.name for parameter in PARAMETERS]
     known += values["observation_sources"].split()
-    for complaint in complaints + misspelled(given, known):
+    for complaint in complaints:
         rospy.logwarn("parameter ~%s", complaint)
+    for sentence in misspelled(given, known):
+        rospy.logwarn("%s: %s", rospy.get_name(), sentence)
     return values
 
 
