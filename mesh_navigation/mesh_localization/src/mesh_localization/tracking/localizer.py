@@ -20,6 +20,7 @@ _FLOOR = np.array([1e-3, 1e-3, 1e-3, 2e-4, 2e-4, 2e-4])  # m and rad that one sc
 _REACH = 3.0  # deviations within which the surface is looked for
 _LEAST_REACH, _MOST_REACH = 0.3, 2.0  # m
 _NEAREST = 0.1  # m within which points count in the end
+_STEPS = 15  # on rough ground rays go on to meet other faces, to and fro by less than a millimeter
 _NEARBY = 1.0  # m around a pose that was told, within which a better one is looked for
 _AROUND = 1.5  # deviations
 _FEW, _CLEARLY = 500, 0.05  # rays for that, and the share of them by which a better one is
@@ -313,6 +314,7 @@ class Localizer:
             matching=RAYS,
             max_distance=min(max(_LEAST_REACH, reach), _MOST_REACH),
             min_distance=_NEAREST,
+            steps=_STEPS,
         )
         pose = predicted if found is None else found.pose
         return _Match(found, self._fates(scan, pose), predicted)
@@ -351,6 +353,7 @@ class Localizer:
             matching=RAYS,
             max_distance=reach,
             min_distance=_NEAREST,
+            steps=_STEPS,
         )
 
     def _fates(self, scan: BaseScan, pose: np.ndarray) -> RayFates:
