@@ -180,7 +180,7 @@ class Localizer:
         )  # corrections of scans that agree with each other, not with odometry
         self._state, self._reason = TrackingState.LOST, "it has not been told where it is"
         self._followed = False  # from scan to scan, not just put or lost
-        self._covered = False  # whether the view was open before it was hidden
+        self._was_open = False  # whether the view was open before it was hidden
         self._believed = -math.inf  # s, the time of the last scan that was
         self._residual = options.tolerance / _SCATTER  # m, as scans have it that are believed
 
@@ -399,9 +399,9 @@ class Localizer:
         self._bad = self._bad + 1 if bad else 0
         explained = fates.count(RayFate.EXPLAINED) / max(1, len(fates.fates))
         if not hidden:
-            self._covered = believed and explained > _OPEN
+            self._was_open = believed and explained > _OPEN
         # People come into the view one after the other; all of it at once is another place.
-        self._strange = 0 if believed or (hidden and not self._covered) else self._strange + 1
+        self._strange = 0 if believed or (hidden and not self._was_open) else self._strange + 1
         if believed:
             # As a mean of the first scans, then slowly: a wrong place is not learned.
             rate = max(_LEARNED, 1 / self._good)
